@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Cluster acceleration structures, usable alone: an engine brings vertices and gets ray hits.
+ *
+ *   clast_template_set   topologies of clusters, each with a small fixed tree (a treelet) and no positions
+ *   clast_clas_pool      clusters: a template, where its vertices lie, and boxes fitted to them (a CLAS each)
+ *   clast_blas           a tree over some of a pool's clusters
+ *   clast_tlas           a tree over instances of BLASes; rays go here
+ *
+ * When vertices move: clast_clas_refit, then clast_blas_refit (or clast_blas_build), then clast_tlas_build. Ray tests are
+ * watertight: a ray cannot pass between triangles that share an edge (Woop, Benthin and Wald, Watertight Ray/Triangle
+ * Intersection, JCGT 2(1), 2013). Results do not depend on the number of threads or the instruction set.
+ *
+ * Objects are edited by one call at a time; rays may be traced by any number of threads while nothing is edited.
+ */
+#ifndef CLAST_ACCEL_H
+#define CLAST_ACCEL_H
+
+#include "clast/context.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A ray: points `origin + t * direction` with t_min <= t <= t_max. The direction need not have unit length. A ray with a
+ *  value that is not finite (t_max may be infinite), or with a zero direction, hits nothing. */
+typedef struct clast_ray {
+    float origin[3];
+    float t_min;
+    float direction[3];
+    float t_max;
+} clast_ray;
+
+/** What a ray hit. `instance` is CLAST_NONE where it hit nothing; the rest is undefined then, but for `steps`. */
+typedef struct clast_hit {
+    float t;
+    float u, v;        /**< weights of the triangle's second and third corner */
+    float normal[3];   /**< cross product of the triangle's edges in world space: not normalised, the counter-clockwise side */
+    uint32_t instance; /**< clast_tlas_instance.id */
+    uint32_t cluster;  /**< slot in the instance's BLAS's pool */
+    uint32_t triangle; /**< triangle of the template, in the order in which it was given */
+    uint32_t steps;    /**< tree nodes visited */
+} clast_hit;
+
+/** Decides whether a hit counts (alpha). Called for candidates in no particular order, from the tracing thread; must give
+ *  the same answer for the same hit. `hit->normal` and `hit->steps` are not set yet. */
+typedef struct clast_hit_filter {
+    bool (*accepts)(void *user, const clast_ray *ray, const clast_hit *hit);
+    void *user;
+} clast_hit_filter;
+
+/* -------------------------------------------------------------------------------------------------------- templates */
+
+typedef struct clast_template_set clast_template_set;
+
+/** A cluster's topology. */
+typedef struct clast_template_desc {
+    uint32_t triangle_count;       /**< 1 to 256 */
+    uint32_t vertex_count;         /**< 1 to 256 */
+    const uint8_t *indices;        /**< 3 for each triangle, each below vertex_count */
+    const float *rest_positions;   /**< 3 for each vertex: typical positions, from which the treelet is built; null: from the order given */
+} clast_template_desc;
+
+CLAST_API clast_status clast_template_set_create(clast_context *context, clast_template_set **set);
+CLAST_API void clast_template_set_destroy(clast_template_set *set);
+
+/** Adds templates; theirs are the numbers *first, *first + 1, ... Built in parallel. What the descs point to may be freed
+ *  afterwards. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY; the set is unchanged then. */
+CLAST_API clast_status clast_template_set_add(clast_template_set *set, const clast_template_desc *descs, size_t count,
+                                              uint32_t *first);
+
+/** Adds the template of a grid of `columns` x `rows` quads (1 to 11 each). Vertex (i, j) is number j * (columns + 1) + i.
+ *  Quad (i, j) is triangles 2 q and 2 q + 1 with q = j * columns + i: (v00, v10, v11) and (v00, v11, v01).
+ *  The same grid added twice gives the same number. */
+CLAST_API clast_status clast_template_set_add_grid(clast_template_set *set, uint32_t columns, uint32_t rows, uint32_t *number);
+
+CLAST_API uint32_t clast_template_set_count(const clast_template_set *set);
+CLAST_API uint32_t clast_template_triangle_count(const clast_template_set *set, uint32_t number);
+CLAST_API uint32_t clast_template_vertex_count(const clast_template_set *set, uint32_t number);
+/** The corners of a triangle, as given. */
+CLAST_API void clast_template_triangle(const clast_template_set *set, uint32_t number, uint32_t triangle, uint32_t corners[3]);
+CLAST_API uint64_t clast_template_set_bytes(const clast_template_set *set);
+
+/* ------------------------------------------------------------------------------------------------------------- CLAS */
+
+typedef struct clast_clas_pool clast_clas_pool;
+
+/** A cluster: a template and its vertices, 3 floats each, which stay the caller's and must live as long as the slot. */
+typedef struct clast_clas_input {
+    uint32_t template_number;
+    const float *vertices;
+} clast_clas_input;
+
+/** Makes an empty pool over a set's templates. The set must outlive it. */
+CLAST_API clast_status clast_clas_pool_create(clast_template_set *set, clast_clas_pool **pool);
+CLAST_API void clast_clas_pool_destroy(clast_clas_pool *pool);
+/** Makes room for `count` slots; afterwards instantiating that many allocates nothing. */
+CLAST_API clast_status clast_clas_pool_reserve(clast_clas_pool *pool, size_t count);
+/** Fills slots [first, first + count), extending the pool to first + count slots if it is shorter, and fits their boxes to
+ *  the vertices. Parallel. Vertices that are not finite make triangles that are never hit. */
+CLAST_API clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t count, const clast_clas_input *inputs);
+/** Forgets the slots from `count` on. */
+CLAST_API void clast_clas_pool_truncate(clast_clas_pool *pool, size_t count);
+/** Fits the boxes of slots [first, first + count) anew, after their vertices changed. Parallel. */
+CLAST_API clast_status clast_clas_refit(clast_clas_pool *pool, size_t first, size_t count);
+CLAST_API size_t clast_clas_pool_count(const clast_clas_pool *pool);
+CLAST_API uint64_t clast_clas_pool_bytes(const clast_clas_pool *pool);
+
+/* ------------------------------------------------------------------------------------------------------------- BLAS */
+
+typedef struct clast_blas clast_blas;
+
+/** Makes an empty BLAS over a pool's clusters. The pool must outlive it. */
+CLAST_API clast_status clast_blas_create(clast_clas_pool *pool, clast_blas **blas);
+CLAST_API void clast_blas_destroy(clast_blas *blas);
+/** Builds the tree over `count` slots of the pool; `slots` null means slots 0 to count - 1. Deterministic, parallel.
+ *  Reuses the memory of the tree before. */
+CLAST_API clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count);
+/** Fits the tree to the clusters' boxes anew, keeping its shape. */
+CLAST_API clast_status clast_blas_refit(clast_blas *blas);
+/** The box of all finite vertices; lower > upper where there are none. */
+CLAST_API void clast_blas_bounds(const clast_blas *blas, float lower[3], float upper[3]);
+CLAST_API uint64_t clast_blas_bytes(const clast_blas *blas);
+
+/* ------------------------------------------------------------------------------------------------------------- TLAS */
+
+typedef struct clast_tlas clast_tlas;
+
+/** An instance. */
+typedef struct clast_tlas_instance {
+    const clast_blas *blas;  /**< null: nothing there */
+    float transform[3][4];   /**< object to world, rows; one that cannot be inverted makes the instance invisible */
+    uint32_t id;             /**< what hits report */
+    uint32_t filtered;       /**< 1: hits are put to the filter, where there is one; 0: they count at once */
+} clast_tlas_instance;
+
+CLAST_API clast_status clast_tlas_create(clast_context *context, clast_tlas **tlas);
+CLAST_API void clast_tlas_destroy(clast_tlas *tlas);
+/** Builds the tree over instances, which are copied. Their BLASes must stay as they are until the next build. */
+CLAST_API clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *instances, size_t count);
+CLAST_API void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3]);
+CLAST_API uint64_t clast_tlas_bytes(const clast_tlas *tlas);
+
+/** The nearest hit of each ray. `filter` may be null. Ties at equal t go to the lower (instance id, cluster, triangle).
+ *  Runs on the calling thread and never allocates: split large batches over threads as you like. */
+CLAST_API void clast_trace_closest(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
+                                   clast_hit *hits);
+/** Whether each ray hits anything: 1 or 0. */
+CLAST_API void clast_trace_any(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
+                               uint8_t *occluded);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

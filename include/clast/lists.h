@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Every enumeration and settings table of clast, once: lists of X(name, value, text...) that C headers and GLSL
+ * includes expand. This file holds preprocessor lists only, so that both languages can read it. Values are explicit
+ * because they are stored in files and records.
+ */
+#ifndef CLAST_LISTS_H
+#define CLAST_LISTS_H
+
+/* No such index: a mesh, texture or hit that is not there. */
+#define CLAST_NONE 0xffffffffu
+
+/* X(name, value, text): what a call came to. */
+#define CLAST_STATUS_LIST(X) \
+    X(CLAST_OK, 0, "success") \
+    X(CLAST_ERROR_INVALID_ARGUMENT, 1, "an argument is outside its documented range") \
+    X(CLAST_ERROR_OUT_OF_MEMORY, 2, "memory ran out, or the memory limit was reached") \
+    X(CLAST_ERROR_FILE_NOT_FOUND, 3, "the file does not exist") \
+    X(CLAST_ERROR_FILE_READ, 4, "the file could not be read") \
+    X(CLAST_ERROR_FILE_WRITE, 5, "the file could not be written") \
+    X(CLAST_ERROR_MALFORMED, 6, "the file breaks its format's rules") \
+    X(CLAST_ERROR_UNSUPPORTED, 7, "the file needs a feature that clast does not have") \
+    X(CLAST_ERROR_LIMIT, 8, "the input is larger than a limit of clast") \
+    X(CLAST_ERROR_BUDGET, 9, "the budget is below the scene's minimum") \
+    X(CLAST_ERROR_CANCELLED, 10, "the progress hook asked to stop") \
+    X(CLAST_ERROR_THREAD, 11, "a thread could not be started") \
+    X(CLAST_ERROR_STATE, 12, "the object is not in a state that allows this call") \
+    X(CLAST_ERROR_DEVICE, 13, "the device is absent or failed")
+
+/* X(name, value, text): instruction sets of the CPU kernels, least first. Each gives the same bits. */
+#define CLAST_ISA_LIST(X) \
+    X(CLAST_ISA_PLAIN, 1, "plain") \
+    X(CLAST_ISA_SSE42, 2, "sse4.2") \
+    X(CLAST_ISA_AVX2, 3, "avx2")
+
+/* X(name, value, text): how much a log line matters. */
+#define CLAST_LOG_LIST(X) \
+    X(CLAST_LOG_WARNING, 1, "warning") \
+    X(CLAST_LOG_INFORMATION, 2, "information")
+
+/* X(name, value, text): the kinds of dense geometry. A source file in src/source/ for each. */
+#define CLAST_SOURCE_LIST(X) \
+    X(CLAST_SOURCE_CLUSTERS, 0, "clusters") \
+    X(CLAST_SOURCE_WAVE, 1, "wave")
+
+/* X(name, value, text): glTF 2.0 alpha modes. */
+#define CLAST_ALPHA_LIST(X) \
+    X(CLAST_ALPHA_OPAQUE, 0, "OPAQUE") \
+    X(CLAST_ALPHA_MASK, 1, "MASK") \
+    X(CLAST_ALPHA_BLEND, 2, "BLEND")
+
+/* X(name, value, text): what texture coordinates outside [0, 1] do; glTF 2.0 sampler.wrapS/T. */
+#define CLAST_WRAP_LIST(X) \
+    X(CLAST_WRAP_REPEAT, 0, "REPEAT") \
+    X(CLAST_WRAP_CLAMP, 1, "CLAMP_TO_EDGE") \
+    X(CLAST_WRAP_MIRROR, 2, "MIRRORED_REPEAT")
+
+/* X(name, value, text): texture filters. */
+#define CLAST_FILTER_LIST(X) \
+    X(CLAST_FILTER_LINEAR, 0, "LINEAR") \
+    X(CLAST_FILTER_NEAREST, 1, "NEAREST")
+
+/* X(name, value, text): light types; KHR_lights_punctual. */
+#define CLAST_LIGHT_LIST(X) \
+    X(CLAST_LIGHT_POINT, 0, "point") \
+    X(CLAST_LIGHT_SPOT, 1, "spot") \
+    X(CLAST_LIGHT_DIRECTIONAL, 2, "directional")
+
+/* X(name, value, text): what surrounds a scene. */
+#define CLAST_ENVIRONMENT_LIST(X) \
+    X(CLAST_ENVIRONMENT_SKY, 0, "sky") \
+    X(CLAST_ENVIRONMENT_IMAGE, 1, "image") \
+    X(CLAST_ENVIRONMENT_CONSTANT, 2, "constant")
+
+/* X(name, value, text): camera projections. */
+#define CLAST_PROJECTION_LIST(X) \
+    X(CLAST_PROJECTION_PERSPECTIVE, 0, "perspective") \
+    X(CLAST_PROJECTION_ORTHOGRAPHIC, 1, "orthographic")
+
+/* X(name, value, text): how radiance becomes a displayed colour. */
+#define CLAST_TONE_MAP_LIST(X) \
+    X(CLAST_TONE_MAP_ACES, 0, "aces") \
+    X(CLAST_TONE_MAP_NONE, 1, "none")
+
+/* X(name, value, text): image element types. */
+#define CLAST_PIXEL_LIST(X) \
+    X(CLAST_PIXEL_UNORM8, 0, "8 bit") \
+    X(CLAST_PIXEL_UNORM16, 1, "16 bit") \
+    X(CLAST_PIXEL_FLOAT, 2, "float")
+
+/* X(name, value, text, channels, is_float, help): the pictures that a render can give. Integer views hold uint32_t,
+ * with CLAST_NONE where nothing was hit. */
+#define CLAST_VIEW_LIST(X) \
+    X(CLAST_VIEW_COLOUR, 0, "colour", 3, 1, "path traced radiance, linear Rec. 709") \
+    X(CLAST_VIEW_ALBEDO, 1, "albedo", 3, 1, "base colour at the first hit") \
+    X(CLAST_VIEW_NORMAL, 2, "normal", 3, 1, "shading normal in world space") \
+    X(CLAST_VIEW_DEPTH, 3, "depth", 1, 1, "distance from the camera along its axis; infinite where nothing is hit") \
+    X(CLAST_VIEW_UV, 4, "uv", 2, 1, "first texture coordinates") \
+    X(CLAST_VIEW_INSTANCE, 5, "instance", 1, 0, "instance number") \
+    X(CLAST_VIEW_CLUSTER, 6, "cluster", 1, 0, "cluster number within the instance's unit") \
+    X(CLAST_VIEW_TRIANGLE, 7, "triangle", 1, 0, "triangle number within the cluster") \
+    X(CLAST_VIEW_STEPS, 8, "steps", 1, 0, "tree nodes visited by the primary ray")
+
+/* X(name, value, text, help): the passes of a frame, in order. */
+#define CLAST_PASS_LIST(X) \
+    X(CLAST_PASS_ANIMATE, 0, "animate", "poses and instance transforms of this frame") \
+    X(CLAST_PASS_CLASSIFY, 1, "classify", "which instances the camera sees") \
+    X(CLAST_PASS_COUNT, 2, "count", "what the wanted rate needs") \
+    X(CLAST_PASS_FIT, 3, "fit", "the largest rate that fits the budget") \
+    X(CLAST_PASS_EMIT, 4, "emit", "cluster records") \
+    X(CLAST_PASS_FILL, 5, "fill", "vertices") \
+    X(CLAST_PASS_REFIT, 6, "refit", "cluster acceleration structures") \
+    X(CLAST_PASS_BLAS, 7, "blas", "trees over the clusters of each unit") \
+    X(CLAST_PASS_TLAS, 8, "tlas", "the tree over the instances") \
+    X(CLAST_PASS_LIGHTS, 9, "lights", "tables for sampling the lights") \
+    X(CLAST_PASS_TRACE, 10, "trace", "visibility of the primary rays") \
+    X(CLAST_PASS_SHADE, 11, "shade", "radiance and the other views")
+
+/* The settings of a render, from which come clast_render_settings, the command line, the scene file's "settings" and
+ * the help. Zero always means the default.
+ *   UINT(name, default, minimum, maximum, placeholder, help)
+ *   REAL(name, default, minimum, maximum, placeholder, help)
+ *   CHOICE(name, list, default, help): a value of the named X-macro list
+ *   TEXT(name, default, placeholder, help) */
+#define CLAST_RENDER_SETTING_LIST(UINT, REAL, CHOICE, TEXT) \
+    UINT(width, 1280, 1, 65536, "PIXELS", "width of the picture") \
+    UINT(height, 720, 1, 65536, "PIXELS", "height of the picture") \
+    UINT(spp, 16, 1, 1048576, "N", "samples per pixel") \
+    UINT(bounces, 8, 1, 1024, "N", "most surface interactions of a path; 1 is direct light only") \
+    UINT(seed, 0, 0, 4294967295u, "N", "seed of the random numbers") \
+    UINT(budget, 0, 0, 4294967295u, "TRIANGLES", "most triangles of a frame; 0 is no bound") \
+    REAL(rate, 1.0, 0.001, 1000.0, "FACTOR", "scales the wanted density of geometry that adapts") \
+    REAL(time, 0.0, -1e9, 1e9, "SECONDS", "moment of the animation") \
+    REAL(exposure, 0.0, -64.0, 64.0, "STOPS", "exposure of the picture, in powers of two") \
+    CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \
+    TEXT(camera, "", "CAMERA", "name or number of a camera of the scene, or eye/target[/up[/fov]], as 0,1,4/0,0,0/0,1,0/45") \
+    TEXT(env, "", "ENV", "image file (.hdr, .png, .jpg), sky, or a colour such as 1,1,1; replaces the scene's environment")
+
+#endif

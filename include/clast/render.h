@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * A renderer shows a scene: it cooks the geometry, builds acceleration structures each time the scene changes, traces rays
+ * for the caller, and renders pictures into the caller's memory.
+ */
+#ifndef CLAST_RENDER_H
+#define CLAST_RENDER_H
+
+#include "clast/accel.h"
+#include "clast/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum clast_view { CLAST_VIEW_LIST(CLAST_ENUMERATOR) CLAST_VIEW_COUNT_ } clast_view;
+typedef enum clast_tone_map { CLAST_TONE_MAP_LIST(CLAST_ENUMERATOR) } clast_tone_map;
+typedef enum clast_pass { CLAST_PASS_LIST(CLAST_ENUMERATOR) CLAST_PASS_COUNT_ } clast_pass;
+
+#define CLAST_SETTING_UINT(name, ...) uint32_t name;
+#define CLAST_SETTING_REAL(name, ...) double name;
+#define CLAST_SETTING_CHOICE(name, ...) uint32_t name;
+#define CLAST_SETTING_TEXT(name, ...) const char *name;
+/** The settings of a render: see CLAST_RENDER_SETTING_LIST in clast/lists.h. Zero is the default everywhere. */
+typedef struct clast_render_settings {
+    CLAST_RENDER_SETTING_LIST(CLAST_SETTING_UINT, CLAST_SETTING_REAL, CLAST_SETTING_CHOICE, CLAST_SETTING_TEXT)
+} clast_render_settings;
+
+/** Puts defaults in place of zeros, and checks ranges: INVALID_ARGUMENT names the setting and its range. */
+CLAST_API clast_status clast_render_settings_resolve(clast_context *context, clast_render_settings *settings);
+
+typedef struct clast_renderer clast_renderer;
+
+/** Makes a renderer of a scene, which must outlive it. Nothing is cooked yet. */
+CLAST_API clast_status clast_renderer_create(clast_scene *scene, clast_renderer **renderer);
+CLAST_API void clast_renderer_destroy(clast_renderer *renderer);
+
+/** Brings the renderer up to date with the scene, for the given settings (null: defaults): cooks new geometry, and runs
+ *  the passes that end with the tree over the instances. What has not changed is kept.
+ *  Errors: OUT_OF_MEMORY, BUDGET (the message has the least budget that works), CANCELLED. */
+CLAST_API clast_status clast_renderer_commit(clast_renderer *renderer, const clast_render_settings *settings);
+
+/** Rays against the scene as last committed; from any number of threads at once. Hits name the scene's instances. Alpha
+ *  masks are honoured; blended surfaces count as hit where their alpha is at least a half. */
+CLAST_API clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const clast_ray *rays, size_t count, clast_hit *hits);
+CLAST_API clast_status clast_renderer_trace_any(const clast_renderer *renderer, const clast_ray *rays, size_t count, uint8_t *occluded);
+
+/** What lies at a hit. */
+typedef struct clast_surface {
+    float position[3];          /**< world space, on the triangle */
+    float geometric_normal[3];  /**< unit length, the counter-clockwise side */
+    float shading_normal[3];    /**< unit length, interpolated; no normal map */
+    float coordinates[2][2];    /**< texture coordinates, two sets; 0 where there are none */
+    uint32_t geometry;
+    uint32_t primitive;         /**< mesh: the triangle's number in the mesh as added */
+    uint32_t material;
+} clast_surface;
+CLAST_API clast_status clast_renderer_locate(const clast_renderer *renderer, const clast_hit *hit, clast_surface *surface);
+
+/** A picture to make: `pixels` is the caller's, width * height * channels (CLAST_VIEW_LIST) floats or uint32_t, row by row
+ *  from the top. */
+typedef struct clast_render_output {
+    clast_view view;
+    void *pixels;
+} clast_render_output;
+
+typedef struct clast_render_statistics {
+    double pass_milliseconds[CLAST_PASS_COUNT_];
+    double cook_milliseconds;
+    double total_milliseconds;
+    uint32_t samples;             /**< per pixel, done; fewer than asked where cancelled */
+    uint64_t rays;                /**< all */
+    uint64_t primary_rays;
+    uint64_t triangles;           /**< emitted this frame, over all units */
+    uint64_t instanced_triangles;
+    uint64_t clusters;
+    uint64_t vertices;
+    uint32_t units, instances, lights;
+    double rate;                  /**< of 1: what the budget left */
+    uint64_t minimum_triangles;   /**< the least budget that this scene can be drawn with */
+    uint64_t scene_bytes, cook_bytes, template_bytes, clas_bytes, vertex_bytes, blas_bytes, tlas_bytes;
+    uint64_t memory_peak;         /**< clast's own accounting */
+    uint64_t process_memory_peak;
+} clast_render_statistics;
+
+/** Commits, then renders. All outputs come from the same rays. Where the progress hook cancels, CLAST_ERROR_CANCELLED is
+ *  returned and the outputs hold what was rendered so far, rightly exposed; statistics->samples says how much (0: nothing).
+ *  `statistics` may be null. The same scene and settings give the same bits, whatever the threads or instruction set. */
+CLAST_API clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,
+                                    const clast_render_output *outputs, size_t count, clast_render_statistics *statistics);
+
+/** Makes a picture to look at (RGB, 8 bit, sRGB) of a view: tone map and exposure for colour, legible false colours for the
+ *  rest. `pixels` has 3 bytes for each pixel. */
+CLAST_API clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values, uint32_t width, uint32_t height,
+                                             const clast_render_settings *settings, uint8_t *pixels);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/file.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/size.h"
+
+// ---------------------------------------------------------------------------------------------- the machine's files
+
+static clast_status machine_map(void *user, const char *path, clast_file_view *view)
+{
+    (void)user;
+    *view = (clast_file_view){0};
+    int file = open(path, O_RDONLY | O_CLOEXEC);
+    if (file < 0) {
+        return errno == ENOENT || errno == ENOTDIR ? CLAST_ERROR_FILE_NOT_FOUND : CLAST_ERROR_FILE_READ;
+    }
+    struct stat information;
+    if (fstat(file, &information) != 0 || !S_ISREG(information.st_mode)) {
+        close(file);
+        return CLAST_ERROR_FILE_READ;
+    }
+    view->size = (uint64_t)information.st_size;
+    if (view->size == 0) {
+        view->data = "";
+        close(file);
+        return CLAST_OK;
+    }
+    void *data = view->size > SIZE_MAX ? MAP_FAILED : mmap(NULL, (size_t)view->size, PROT_READ, MAP_PRIVATE, file, 0);
+    close(file);
+    if (data == MAP_FAILED) {
+        *view = (clast_file_view){0};
+        return CLAST_ERROR_FILE_READ;
+    }
+    view->data = data;
+    return CLAST_OK;
+}
+
+static void machine_unmap(void *user, clast_file_view *view)
+{
+    (void)user;
+    if (view->data != NULL && view->size != 0) {
+        munmap((void *)view->data, (size_t)view->size);
+    }
+    *view = (clast_file_view){0};
+}
+
+// An output is written beside its target under a name of its own and renamed when whole.
+typedef struct machine_output {
+    FILE *stream;
+    char *path;
+    char *temporary;
+} machine_output;
+
+static void output_free(machine_output *output)
+{
+    free(output->path);
+    free(output->temporary);
+    free(output);
+}
+
+static clast_status machine_create(void *user, const char *path, void **file)
+{
+    (void)user;
+    static const char suffix[] = ".XXXXXX";
+    machine_output *output = calloc(1, sizeof *output);
+    if (output == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    size_t length = strlen(path);
+    output->path = malloc(length + 1);
+    output->temporary = malloc(length + sizeof suffix);
+    if (output->path == NULL || output->temporary == NULL) {
+        output_free(output);
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    memcpy(output->path, path, length + 1);
+    memcpy(output->temporary, path, length);
+    memcpy(output->temporary + length, suffix, sizeof suffix);
+    int descriptor = mkstemp(output->temporary);
+    if (descriptor < 0) {
+        output_free(output);
+        return CLAST_ERROR_FILE_WRITE;
+    }
+    mode_t mask = umask(0); // mkstemp gives 0600; a new file of the user's has what the mask allows
+    umask(mask);
+    output->stream = fchmod(descriptor, 0666 & ~mask) == 0 ? fdopen(descriptor, "wb") : NULL;
+    if (output->stream == NULL) {
+        close(descriptor);
+        unlink(output->temporary);
+        output_free(output);
+        return CLAST_ERROR_FILE_WRITE;
+    }
+    *file = output;
+    return CLAST_OK;
+}
+
+static clast_status machine_write(void *user, void *file, const void *data, size_t size)
+{
+    (void)user;
+    machine_output *output = file;
+    return fwrite(data, 1, size, output->stream) == size ? CLAST_OK : CLAST_ERROR_FILE_WRITE;
+}
+
+static void machine_discard(void *user, void *file)
+{
+    (void)user;
+    machine_output *output = file;
+    if (output->stream != NULL) {
+        fclose(output->stream);
+    }
+    unlink(output->temporary);
+    output_free(output);
+}
+
+static clast_status machine_commit(void *user, void *file)
+{
+    machine_output *output = file;
+    bool whole = fflush(output->stream) == 0 && fsync(fileno(output->stream)) == 0;
+    whole = fclose(output->stream) == 0 && whole;
+    output->stream = NULL;
+    if (!whole || rename(output->temporary, output->path) != 0) {
+        machine_discard(user, file);
+        return CLAST_ERROR_FILE_WRITE;
+    }
+    output_free(output);
+    return CLAST_OK;
+}
+
+const clast_file_hook clast_machine_files = {
+    .map = machine_map,
+    .unmap = machine_unmap,
+    .create = machine_create,
+    .write = machine_write,
+    .commit = machine_commit,
+    .discard = machine_discard,
+};
+
+// ------------------------------------------------------------------------------------------------ by way of the hooks
+
+clast_status clast_file_map(clast_context *context, const char *path, clast_file_view *view)
+{
+    const clast_file_hook *files = clast_context_files(context);
+    clast_status status = files->map(files->user, path, view);
+    if (status != CLAST_OK) {
+        *view = (clast_file_view){0};
+        return clast_fail(context, status, "%s: %s", path, clast_status_text(status));
+    }
+    return CLAST_OK;
+}
+
+void clast_file_unmap(clast_context *context, clast_file_view *view)
+{
+    const clast_file_hook *files = clast_context_files(context);
+    if (view->data != NULL) {
+        files->unmap(files->user, view);
+    }
+    *view = (clast_file_view){0};
+}
+
+static clast_status output_failed(clast_file_output *output, clast_status status)
+{
+    if (output->status == CLAST_OK) {
+        output->status = status;
+        clast_fail(output->context, status, "%s: %s", output->path, clast_status_text(status));
+    }
+    return output->status;
+}
+
+clast_status clast_file_create(clast_context *context, const char *path, clast_file_output *output)
+{
+    const clast_file_hook *files = clast_context_files(context);
+    *output = (clast_file_output){.context = context, .path = path};
+    clast_status status = files->create(files->user, path, &output->handle);
+    return status == CLAST_OK ? CLAST_OK : output_failed(output, status);
+}
+
+clast_status clast_file_write(clast_file_output *output, const void *data, size_t size)
+{
+    if (output->status != CLAST_OK) {
+        return output->status;
+    }
+    const clast_file_hook *files = clast_context_files(output->context);
+    clast_status status = files->write(files->user, output->handle, data, size);
+    return status == CLAST_OK ? CLAST_OK : output_failed(output, status);
+}
+
+clast_status clast_file_print(clast_file_output *output, const char *format, ...)
+{
+    char few[512];
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsnprintf(few, sizeof few, format, arguments);
+    va_end(arguments);
+    if (length < 0) {
+        return output_failed(output, CLAST_ERROR_FILE_WRITE);
+    }
+    if ((size_t)length < sizeof few) {
+        return clast_file_write(output, few, (size_t)length);
+    }
+    char *many = clast_allocate(output->context, (size_t)length + 1, 1);
+    if (many == NULL) {
+        return output_failed(output, CLAST_ERROR_OUT_OF_MEMORY);
+    }
+    va_start(arguments, format);
+    vsnprintf(many, (size_t)length + 1, format, arguments);
+    va_end(arguments);
+    clast_status status = clast_file_write(output, many, (size_t)length);
+    clast_free(output->context, many);
+    return status;
+}
+
+clast_status clast_file_commit(clast_file_output *output)
+{
+    if (output->status != CLAST_OK) {
+        clast_file_discard(output);
+        return output->status;
+    }
+    const clast_file_hook *files = clast_context_files(output->context);
+    clast_status status = files->commit(files->user, output->handle);
+    output->handle = NULL;
+    return status == CLAST_OK ? CLAST_OK : output_failed(output, status);
+}
+
+void clast_file_discard(clast_file_output *output)
+{
+    const clast_file_hook *files = clast_context_files(output->context);
+    if (output->handle != NULL) {
+        files->discard(files->user, output->handle);
+        output->handle = NULL;
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------------- paths
+
+char *clast_path_beside(clast_context *context, const char *base, const char *relative)
+{
+    const char *slash = strrchr(base, '/');
+    size_t folder = relative[0] == '/' || slash == NULL ? 0 : (size_t)(slash - base) + 1;
+    size_t length = strlen(relative);
+    char *path = clast_allocate(context, folder + length + 1, 1);
+    if (path != NULL) {
+        memcpy(path, base, folder);
+        memcpy(path + folder, relative, length + 1);
+    }
+    return path;
+}
+
+void clast_path_extension(const char *path, char *extension, size_t size)
+{
+    const char *slash = strrchr(path, '/');
+    const char *name = slash != NULL ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    size_t length = 0;
+    for (const char *c = dot != NULL ? dot + 1 : ""; *c != '\0' && length + 1 < size; c++) {
+        extension[length++] = (char)tolower((unsigned char)*c);
+    }
+    extension[length] = '\0';
+}
+
+clast_status clast_make_folder(clast_context *context, const char *path)
+{
+    char *partial = clast_copy_text(context, path);
+    if (partial == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    clast_status status = CLAST_OK;
+    for (char *c = partial + 1; status == CLAST_OK && partial[0] != '\0'; c++) {
+        if (*c != '/' && *c != '\0') {
+            continue;
+        }
+        char kept = *c;
+        *c = '\0';
+        if (mkdir(partial, 0777) != 0 && errno != EEXIST) {
+            status = clast_fail(context, CLAST_ERROR_FILE_WRITE, "%s: the folder could not be made", partial);
+        }
+        *c = kept;
+        if (kept == '\0') {
+            break;
+        }
+    }
+    clast_free(context, partial);
+    return status;
+}

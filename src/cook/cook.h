@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Once per asset: runs the sources' cook for what is new or changed in a scene.
+#ifndef CLAST_COOK_COOK_H
+#define CLAST_COOK_COOK_H
+
+#include "source/source.h"
+
+// A scene's units, by geometry number, and the templates they share.
+typedef struct clast_cooked {
+    clast_context *context;
+    clast_template_set *templates;
+    clast_unit **units;
+    size_t unit_count, unit_capacity;
+    uint64_t bytes;
+    double milliseconds; // of the last update
+} clast_cooked;
+
+clast_status clast_cooked_create(clast_context *context, clast_cooked **cooked);
+void clast_cooked_destroy(clast_cooked *cooked);
+// Cooks new geometries of the scene, cooks changed ones anew, keeps the rest. Reports progress as "cook".
+clast_status clast_cooked_update(clast_cooked *cooked, const clast_scene *scene);
+
+#endif

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a backend does: one function for each pass of the list. The order, the buffers and the timing are frame.c's.
+#ifndef CLAST_FRAME_BACKEND_H
+#define CLAST_FRAME_BACKEND_H
+
+#include "frame/frame.h"
+
+// Computes a pass from the frame's buffers into the frame's buffers. `target` is the render's, for the passes of render/.
+typedef clast_status (*clast_pass_function)(clast_frame *frame, void *target);
+
+typedef struct clast_backend {
+    const char *name;
+    clast_pass_function passes[CLAST_PASS_COUNT_];
+} clast_backend;
+
+// The CPU's passes up to CLAST_PASS_LIGHTS; render/ adds the rest (clast_render_cpu_backend).
+#define CLAST_FRAME_CPU_PASSES(X) \
+    X(CLAST_PASS_ANIMATE, clast_cpu_animate) \
+    X(CLAST_PASS_CLASSIFY, clast_cpu_classify) \
+    X(CLAST_PASS_COUNT, clast_cpu_count) \
+    X(CLAST_PASS_FIT, clast_cpu_fit) \
+    X(CLAST_PASS_EMIT, clast_cpu_emit) \
+    X(CLAST_PASS_FILL, clast_cpu_fill) \
+    X(CLAST_PASS_REFIT, clast_cpu_refit) \
+    X(CLAST_PASS_BLAS, clast_cpu_blas) \
+    X(CLAST_PASS_TLAS, clast_cpu_tlas) \
+    X(CLAST_PASS_LIGHTS, clast_cpu_lights)
+
+#define CLAST_DECLARE_PASS(pass, function) clast_status function(clast_frame *frame, void *target);
+CLAST_FRAME_CPU_PASSES(CLAST_DECLARE_PASS)
+
+#endif

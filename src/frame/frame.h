@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Once per frame: the buffers that passes read and write, and the list of passes in order. How a pass is computed is the
+// backend's (backend.h); what there is to compute is written here, once.
+#ifndef CLAST_FRAME_FRAME_H
+#define CLAST_FRAME_FRAME_H
+
+#include "cook/cook.h"
+
+// A unit in this frame.
+typedef struct clast_frame_unit {
+    const clast_unit *unit;
+    clast_source_view view;        // the nearest of its instances decides
+    clast_pose pose;
+    bool used;                     // an instance shows it
+    clast_change change;           // what the passes must make anew
+    bool made;                     // view and pose below are those of what is there
+    clast_pose made_pose;
+    clast_source_view made_view;
+    clast_source_count sum;        // of all items
+    clast_source_count minimum;    // at CLAST_RATE_LEAST
+    clast_cluster_record *records;
+    size_t record_count, record_capacity;
+    packed3 *vertices;             // of this frame; records with resident positions have none here
+    size_t vertex_count, vertex_capacity;
+    uint32_t *item_counts;         // scratch of count and emit: [clusters][vertices]
+    size_t item_capacity;
+    clast_clas_pool *clas;
+    clast_blas *blas;
+} clast_frame_unit;
+
+typedef struct clast_frame_instance {
+    uint32_t scene_instance;
+    uint32_t unit;
+    clast_transform to_world;
+    clast_transform to_object;
+    bool hidden; // the camera cannot see it; rays still do
+} clast_frame_instance;
+
+// An emissive triangle in world space.
+typedef struct clast_emitter {
+    packed3 corners[3];
+    uint32_t instance; // of the frame
+    uint32_t primitive;
+    uint32_t material;
+    float area;
+} clast_emitter;
+
+// What a frame is asked for.
+typedef struct clast_frame_settings {
+    clast_camera camera;
+    uint32_t width, height;
+    double time;
+    double rate;     // wanted density
+    uint64_t budget; // most triangles; 0 is no bound
+    uint32_t seed;
+} clast_frame_settings;
+
+typedef struct clast_frame {
+    clast_context *context;
+    clast_scene *scene;
+    clast_cooked *cooked;
+    clast_frame_settings settings;
+    clast_frame_unit *units; // by geometry number
+    size_t unit_count, unit_capacity;
+    clast_frame_instance *instances;
+    size_t instance_count, instance_capacity;
+    uint32_t *frame_instance_of; // by scene instance; CLAST_NONE where it is not in the frame
+    size_t frame_instance_capacity;
+    clast_tlas *tlas;
+    clast_emitter *emitters; // in order of instance, then primitive
+    size_t emitter_count, emitter_capacity;
+    float fitted_rate;       // 1, or the step of the ladder that the budget left
+    uint64_t minimum_triangles;
+    uint64_t triangles, clusters, vertices, instanced_triangles;
+    double milliseconds[CLAST_PASS_COUNT_];
+} clast_frame;
+
+clast_status clast_frame_create(clast_scene *scene, clast_cooked *cooked, clast_frame **frame);
+void clast_frame_destroy(clast_frame *frame);
+
+struct clast_backend;
+// Runs passes first..last (clast_pass) in order on a backend and times each. `target` goes to the passes of render/.
+clast_status clast_frame_run(clast_frame *frame, const struct clast_backend *backend, clast_pass first, clast_pass last, void *target);
+
+// The ladder of rates: step k is 2^(-k / RATE_STEPS); the last is CLAST_RATE_LEAST.
+float clast_frame_rate_step(uint32_t step);
+
+#endif

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The passes that end in a picture: visibility of primary rays, and what is seen there.
+#ifndef CLAST_RENDER_RENDER_H
+#define CLAST_RENDER_RENDER_H
+
+#include "frame/backend.h"
+
+struct clast_lights; // light.h: tables for sampling environment, punctual lights and emitters
+
+// A render under way: samples are added until there are enough.
+typedef struct clast_render_target {
+    clast_render_settings settings; // resolved
+    uint32_t width, height;
+    uint32_t sample;                // being traced
+    uint32_t sample_count;          // done
+    clast_visibility *visibility;   // width * height, of the sample under way
+    float *sums[CLAST_VIEW_COUNT_]; // of float views that were asked for, channels of CLAST_VIEW_LIST
+    uint32_t *firsts[CLAST_VIEW_COUNT_]; // integer views: from the first sample, whose rays go through pixel centres
+    struct clast_lights *lights;
+    uint64_t primary_rays;
+    atomic_uint_fast64_t rays;
+} clast_render_target;
+
+// The CPU backend, whole.
+extern const clast_backend clast_cpu_backend;
+
+// Renders into outputs, running the frame's trace and shade passes for each sample. The frame has been run up to
+// CLAST_PASS_LIGHTS. Reports progress as "render". `samples` and `rays` are set also where it is cancelled.
+clast_status clast_render_frame(clast_frame *frame, const clast_backend *backend, const clast_render_settings *settings,
+                                const clast_render_output *outputs, size_t count, clast_render_statistics *statistics);
+
+// Whether a hit's alpha lets it count: the filter of accel/ for a frame.
+bool clast_alpha_accepts(void *frame, const clast_ray *ray, const clast_hit *hit);
+
+#endif

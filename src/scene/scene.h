@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// What there is to draw, as flat arrays. Public functions of clast/scene.h that only edit these arrays are defined in this
+// folder; loaders use the functions below beside them.
+#ifndef CLAST_SCENE_SCENE_H
+#define CLAST_SCENE_SCENE_H
+
+#include "base/context.h"
+#include "clast/render.h"
+#include "clast/scene.h"
+#include "shared/transform.h"
+
+typedef struct clast_scene_image {
+    clast_image image;
+    char *name; // null where none; so are all names here
+    bool owned; // image.pixels is a block of clast_allocate
+} clast_scene_image;
+
+typedef struct clast_scene_material {
+    clast_material record;
+    char *name;
+} clast_scene_material;
+
+// A geometry: which source it is for, and that source's description. A mesh's arrays are the scene's own blocks, or lie in
+// one of the scene's mapped files.
+typedef struct clast_geometry {
+    clast_source_kind kind;
+    union {
+        clast_mesh mesh;
+        clast_wave wave;
+    } of;
+    char *name;
+    uint32_t version; // grows with each change
+    void *blocks[10]; // what of the arrays is to be freed
+    uint32_t block_count;
+} clast_geometry;
+
+typedef struct clast_instance {
+    uint32_t geometry;
+    clast_transform to_world;
+    bool visible;
+    bool removed;
+    char *name;
+} clast_instance;
+
+typedef struct clast_scene_light {
+    clast_light record;
+    char *name;
+} clast_scene_light;
+
+typedef struct clast_scene_camera {
+    clast_camera_desc desc;
+    char *name;
+} clast_scene_camera;
+
+struct clast_scene {
+    clast_context *context;
+    clast_scene_image *images;
+    size_t image_count, image_capacity;
+    clast_texture *textures;
+    size_t texture_count, texture_capacity;
+    clast_scene_material *materials; // number 0 is the plain one, always there
+    size_t material_count, material_capacity;
+    clast_geometry *geometries;
+    size_t geometry_count, geometry_capacity;
+    clast_instance *instances;
+    size_t instance_count, instance_capacity;
+    clast_scene_light *lights;
+    size_t light_count, light_capacity;
+    clast_scene_camera *cameras;
+    size_t camera_count, camera_capacity;
+    clast_environment environment;
+    bool has_environment;
+    clast_render_settings settings; // from a scene file; zero where it says nothing
+    char *settings_texts[2];        // blocks that settings' texts point to
+    clast_file_view *files;         // mapped files that arrays point into
+    size_t file_count, file_capacity;
+    uint32_t material_version; // each grows with a change of its arrays
+    uint32_t instance_version;
+    uint32_t light_version;
+};
+
+// A mesh with arrays that the scene takes over: blocks[] are freed with the scene, also where this call fails. Arrays that
+// are not among them must lie in a file handed to clast_scene_keep_file. Checks what clast_scene_add_mesh checks.
+clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, void *const *blocks, uint32_t block_count,
+                                    const char *name, uint32_t *geometry);
+// An image whose pixels (a block of clast_allocate) the scene takes over, also where this call fails.
+clast_status clast_scene_adopt_image(clast_scene *scene, const clast_image *image, const char *name, uint32_t *number);
+// Keeps a mapped file until the scene ends. On failure the file is unmapped.
+clast_status clast_scene_keep_file(clast_scene *scene, clast_file_view file);
+
+// Vertex tangents (4 floats for each vertex, a block of clast_allocate) from texture coordinates and normals, for normal maps
+// of meshes that bring none. Null where memory ran out.
+float *clast_mesh_tangents(clast_context *context, const clast_mesh *mesh);
+// Area-weighted vertex normals of an indexed mesh, a block of clast_allocate.
+float *clast_mesh_normals(clast_context *context, const clast_mesh *mesh);
+
+// The camera that settings name ("" is the first of the scene, or a default one), as a record for width x height pixels.
+clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height, clast_camera *camera);
+clast_camera clast_camera_record(const clast_camera_desc *desc, uint32_t width, uint32_t height);
+
+#endif

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Records that cross between CPU, GPU and disk. Every member is 4-byte aligned, so that C and GLSL (scalar layout) agree
+// without padding. Smaller fields are bits of a uint.
+#ifndef CLAST_SHARED_RECORDS_H
+#define CLAST_SHARED_RECORDS_H
+
+#include "shared/dialect.h"
+#include "shared/limits.h"
+
+RECORD(clast_box)
+{
+    packed3 lower;
+    packed3 upper;
+};
+RECORD_SIZE(clast_box, 24)
+
+// An affine map, as three rows of four: x' = row0 . (x, y, z, 1).
+RECORD(clast_transform)
+{
+    packed4 rows[3];
+};
+RECORD_SIZE(clast_transform, 48)
+
+// How a record's triangles follow from templates. Later forms: masked (a bit for each triangle), composite (consecutive
+// small patterns under a fixed-shape top).
+LIMIT(FORM_WHOLE, 0u, "one template")
+
+// One cluster of a frame: a template, where its vertices go, and what surface it came from.
+RECORD(clast_cluster_record)
+{
+    uint unit;             // which unit of the frame
+    uint template_index;   // into the frame's template set
+    uint first_vertex;     // into the unit's vertices of this frame
+    uint item;             // the source's own: which cooked cluster, tile or base triangle
+    uint form_and_flags;   // FORM_ in the low 8 bits
+    uint detail;           // the source's own: level, segments or factors
+};
+RECORD_SIZE(clast_cluster_record, 24)
+
+// What a unit's item needs at a rate.
+RECORD(clast_source_count)
+{
+    uint clusters;
+    uint triangles;
+    uint vertices;
+};
+RECORD_SIZE(clast_source_count, 12)
+
+// What a ray or a pixel saw: the visibility buffer's element.
+RECORD(clast_visibility)
+{
+    uint instance; // CLAST_NONE where nothing
+    uint cluster;
+    uint triangle;
+    packed2 barycentrics; // weights of the triangle's second and third corner
+    float distance;       // along the ray
+    packed3 normal;       // geometric, world space, unit length, counter-clockwise side
+    uint steps;           // tree nodes visited
+};
+RECORD_SIZE(clast_visibility, 40)
+
+// Where on a source's surface: what a hit becomes by `locate`.
+RECORD(clast_surface_point)
+{
+    uint primitive;       // the source's own: base triangle, patch or tile
+    packed2 coordinates;  // barycentrics of the base triangle's second and third corner, or a patch's (u, v)
+};
+RECORD_SIZE(clast_surface_point, 12)
+
+// A texture as a material uses it.
+RECORD(clast_texture_use)
+{
+    uint texture;         // into the scene's textures, CLAST_NONE for none
+    uint coordinate_set;  // 0 or 1
+    packed2 offset;       // KHR_texture_transform
+    packed2 scale;
+    float rotation;       // radians
+};
+RECORD_SIZE(clast_texture_use, 28)
+
+// glTF 2.0 metallic-roughness.
+RECORD(clast_material)
+{
+    packed4 base_colour;      // linear; fourth is alpha
+    packed3 emissive;         // linear, times strength
+    float metallic;
+    float roughness;
+    float normal_scale;
+    float occlusion_strength; // kept for export: path tracing computes occlusion
+    float alpha_cutoff;
+    uint alpha_mode;          // CLAST_ALPHA_
+    uint double_sided;
+    clast_texture_use base_colour_texture;
+    clast_texture_use metallic_roughness_texture; // green is roughness, blue is metallic
+    clast_texture_use normal_texture;
+    clast_texture_use occlusion_texture;
+    clast_texture_use emissive_texture;
+};
+RECORD_SIZE(clast_material, 56 + 5 * 28)
+
+RECORD(clast_light)
+{
+    uint type;            // CLAST_LIGHT_
+    packed3 position;     // world space
+    packed3 direction;    // the way the light shines, unit length
+    packed3 radiance;     // point and spot: intensity in candela (W/sr); directional: irradiance in lux (W/m2)
+    float range;          // 0 is endless
+    float inner_cosine;   // spot: full intensity within
+    float outer_cosine;   // spot: none beyond
+};
+RECORD_SIZE(clast_light, 52)
+
+RECORD(clast_camera)
+{
+    uint projection;      // CLAST_PROJECTION_
+    packed3 position;
+    packed3 right;        // unit vectors of the camera in world space
+    packed3 up;
+    packed3 forward;
+    float vertical_extent; // perspective: tangent of half the vertical angle; orthographic: half the height
+    float aspect;          // width / height
+    float near_plane;      // hits nearer than this along the axis are not seen
+    float far_plane;       // 0 is endless
+};
+RECORD_SIZE(clast_camera, 68)
+
+// From where geometry is adapted, and how finely.
+RECORD(clast_source_view)
+{
+    packed3 eye;            // world space
+    float pixels_per_unit;  // pixels that a length of one covers at distance one
+    float rate;             // wanted density, 1 is the settings' own
+    uint hidden;            // 1 where no camera ray can see it: coarser, but never gone
+};
+RECORD_SIZE(clast_source_view, 24)
+
+#endif

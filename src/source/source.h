@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one interface of all kinds of dense geometry. A kind is a file in this folder that fills a clast_source; the list of
+// kinds is CLAST_SOURCE_LIST. frame/ and render/ know nothing else of them: a further kind needs no change there.
+//
+// A *unit* is one cooked geometry: it owns one BLAS and serves any number of instances. A *pose* is a moment of it. An
+// *item* is the part of a unit that emits on its own (a cooked cluster, a tile, a base triangle): items are counted and
+// emitted in parallel, and placed by prefix sums, so that the order of records never depends on timing.
+//
+// count, emit, fill, locate and evaluate are pure: the same arguments give the same bits, on any thread, at any time. The
+// formulas they need are in shared/, so that a GPU gives the same bits too.
+#ifndef CLAST_SOURCE_SOURCE_H
+#define CLAST_SOURCE_SOURCE_H
+
+#include "base/context.h"
+#include "clast/accel.h"
+#include "scene/scene.h"
+#include "shared/records.h"
+
+// A moment of a unit: what moves is a function of these and of the geometry's arrays.
+typedef struct clast_pose {
+    double time; // seconds
+} clast_pose;
+
+// What has to be made anew for a pose, given what was made for the pose before. Each includes those before it.
+typedef enum clast_change {
+    CLAST_CHANGE_NOTHING,  // records, vertices and boxes can be kept
+    CLAST_CHANGE_VERTICES, // same records, other positions
+    CLAST_CHANGE_TOPOLOGY, // other records
+} clast_change;
+
+// A flat array of cooked data, for a backend that mirrors it.
+typedef struct clast_source_array {
+    const char *name;
+    const void *data;
+    uint64_t bytes;
+    uint32_t version; // grows when the contents change
+} clast_source_array;
+
+enum { CLAST_SOURCE_ARRAYS_MOST = 16 };
+
+// What a hit is made of, in the unit's own space.
+typedef struct clast_source_surface {
+    vec3 position;
+    vec3 geometric_normal;   // not normalised, counter-clockwise side
+    vec3 normal;             // interpolated, not normalised; the geometric one where the geometry is flat
+    vec3 tangent;            // not normalised; zero where there is none
+    float bitangent_sign;
+    vec2 coordinates[2];     // texture coordinates
+    vec4 colour;             // vertex colour; white where there is none
+    float texels_per_length; // texture coordinate area over surface area, root of: for filtering; 0 unknown
+    uint32_t material;
+} clast_source_surface;
+
+// A unit's cooked data, common to all kinds; a kind's own struct begins with it.
+typedef struct clast_unit {
+    clast_context *context;
+    clast_source_kind kind;
+    const clast_geometry *geometry; // of the scene; may move when the scene is edited: cook/ sets it anew each commit
+    uint32_t geometry_version;      // that was cooked
+    uint32_t item_count;
+    uint64_t bytes;                 // of the cooked data
+} clast_unit;
+
+typedef struct clast_source {
+    const char *name;
+
+    // Cooks a geometry. Templates are added to the scene's set.
+    clast_status (*cook)(clast_context *context, const clast_geometry *geometry, clast_template_set *templates, clast_unit **unit);
+    void (*destroy)(clast_unit *unit);
+    // The geometry's positions changed and its topology did not: take them over, so that `changed` says so. May refuse by
+    // CLAST_ERROR_UNSUPPORTED: the unit is cooked anew then.
+    clast_status (*update)(clast_unit *unit, const clast_geometry *geometry);
+
+    // Holds all positions that fill gives for this pose at any rate.
+    clast_box (*bounds)(const clast_unit *unit, const clast_pose *pose);
+    // Compares what was made (pose, view) with what is wanted.
+    clast_change (*changed)(const clast_unit *unit, const clast_pose *before, const clast_source_view *view_before,
+                            const clast_pose *now, const clast_source_view *view_now);
+    // Describes the cooked arrays; returns how many.
+    uint32_t (*arrays)(const clast_unit *unit, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST]);
+
+    // What an item emits at view->rate. The rate CLAST_RATE_LEAST gives the least that is still whole (every factor 1).
+    clast_source_count (*count)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item);
+    // Writes exactly count().clusters records. first_vertex is where the item's vertices begin.
+    void (*emit)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
+                 uint32_t first_vertex, clast_cluster_record *records);
+    // The positions of a record's vertices, in the template's order.
+    void (*fill)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record, packed3 *positions);
+    // Where the positions of a record lie already, as long as the unit lives; null where fill must write them.
+    const packed3 *(*resident)(const clast_unit *unit, const clast_cluster_record *record);
+
+    // What a hit on a record's triangle is on the source's surface. barycentrics weigh the second and third corner.
+    clast_surface_point (*locate)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
+                                  uint32_t triangle, vec2 barycentrics);
+    // Position, normals and attributes of a surface point.
+    clast_source_surface (*evaluate)(const clast_unit *unit, const clast_pose *pose, clast_surface_point point);
+    // The emissive primitives: material of each primitive, and its corners, for sampling lights. primitive_count 0 where the
+    // kind has no such list.
+    uint32_t (*primitive_count)(const clast_unit *unit);
+    uint32_t (*primitive_material)(const clast_unit *unit, uint32_t primitive);
+    void (*primitive_corners)(const clast_unit *unit, const clast_pose *pose, uint32_t primitive, vec3 corners[3]);
+
+    // What it would like to be resident for a view; null where all always is.
+    void (*requests)(const clast_unit *unit, const clast_source_view *view, void (*request)(void *user, uint64_t block), void *user);
+} clast_source;
+
+// A rate so low that every factor is 1.
+#define CLAST_RATE_LEAST 0.0f
+
+// The kinds, by clast_source_kind.
+extern const clast_source *const clast_sources[];
+#define CLAST_SOURCE_DECLARE(name, value, text) extern const clast_source name##_TABLE;
+CLAST_SOURCE_LIST(CLAST_SOURCE_DECLARE)
+
+static inline const clast_source *clast_source_of(const clast_unit *unit)
+{
+    return clast_sources[unit->kind];
+}
+
+#endif
