@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bytes on disk -> scene. A loader gets a mapped file and an empty scene; on failure it says so by clast_fail, with the file's
+// name and the place, and the caller destroys the scene.
+#ifndef CLAST_LOAD_LOAD_H
+#define CLAST_LOAD_LOAD_H
+
+#include "base/file.h"
+#include "clast/image.h"
+#include "load/bytes.h"
+#include "scene/scene.h"
+
+// Each may keep `file` by clast_scene_keep_file (and then owns it: sets file->data to null); the caller unmaps it otherwise.
+clast_status clast_load_gltf(clast_scene *scene, const char *path, clast_file_view *file);
+clast_status clast_load_obj(clast_scene *scene, const char *path, clast_file_view *file);
+clast_status clast_load_ply(clast_scene *scene, const char *path, clast_file_view *file);
+clast_status clast_load_scene_file(clast_scene *scene, const char *path, clast_file_view *file);
+
+// Reads any of these into an existing scene (a scene file's models come this way); told by contents, then by name.
+clast_status clast_load_into(clast_scene *scene, const char *path);
+
+// Decodes an image in memory: PNG, JPEG, Radiance HDR, EXR, PFM, told by the contents. `name` is for errors. The pixels are a block of
+// clast_allocate.
+clast_status clast_decode_image(clast_context *context, const char *name, const void *data, uint64_t size, clast_image *image);
+
+#endif
