@@ -49,7 +49,7 @@ FN clast_transform transform_rows(vec4 x, vec4 y, vec4 z)
     return result;
 }
 
-FN clast_transform transform_identity()
+FN clast_transform transform_identity(void)
 {
     return transform_rows(vec4(1.0f, 0.0f, 0.0f, 0.0f), vec4(0.0f, 1.0f, 0.0f, 0.0f), vec4(0.0f, 0.0f, 1.0f, 0.0f));
 }
