@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which image format a file has, and what all of them share.
+#include "load/image.h"
+
+#include "load/load.h"
+
+clast_status clast_image_allocate(clast_context *context, const char *name, uint64_t width, uint64_t height,
+                                  uint32_t channels, clast_pixel_type type, clast_image *image)
+{
+    *image = (clast_image){0};
+    if (width == 0 || height == 0) {
+        return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: an image of %llu x %llu pixels: expected at least 1 x 1",
+                          name, (unsigned long long)width, (unsigned long long)height);
+    }
+    if (width > CLAST_IMAGE_SIDE || height > CLAST_IMAGE_SIDE) {
+        return clast_fail(context, CLAST_ERROR_LIMIT, "%s: an image of %llu x %llu pixels: at most %d a side are read",
+                          name, (unsigned long long)width, (unsigned long long)height, CLAST_IMAGE_SIDE);
+    }
+    uint64_t size = width * height * channels * clast_pixel_size(type); // below 2^37: no overflow
+    if (size > CLAST_IMAGE_BYTES) {
+        return clast_fail(context, CLAST_ERROR_LIMIT, "%s: an image of %llu bytes: at most %llu are read", name,
+                          (unsigned long long)size, (unsigned long long)CLAST_IMAGE_BYTES);
+    }
+    void *pixels = clast_allocate(context, (size_t)size, 1);
+    if (pixels == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    *image = (clast_image){(uint32_t)width, (uint32_t)height, channels, type, pixels};
+    return CLAST_OK;
+}
+
+void clast_copy_line(char *to, size_t size, const char *text)
+{
+    size_t length = 0;
+    for (; text[length] != '\0' && text[length] != '\n' && length + 1 < size; length++) {
+        to[length] = text[length] >= ' ' && text[length] <= '~' ? text[length] : '?';
+    }
+    to[length] = '\0';
+}
+
+void clast_image_free(clast_context *context, clast_image *image)
+{
+    if (context != NULL && image != NULL) {
+        clast_free(context, (void *)image->pixels);
+        *image = (clast_image){0};
+    }
+}
+
+clast_status clast_decode_image(clast_context *context, const char *name, const void *data, uint64_t size,
+                                clast_image *image)
+{
+    clast_bytes bytes = {data, size};
+    *image = (clast_image){0};
+    if (clast_bytes_begin_with(bytes, "\x89PNG\r\n\x1a\n")) {
+        return clast_png_decode(context, name, bytes, image);
+    }
+    if (clast_bytes_begin_with(bytes, "\xff\xd8\xff")) {
+        return clast_jpeg_decode(context, name, bytes, image);
+    }
+    if (clast_bytes_begin_with(bytes, "#?")) {
+        return clast_hdr_decode(context, name, bytes, image);
+    }
+    if (clast_bytes_begin_with(bytes, "\x76\x2f\x31\x01")) {
+        return clast_exr_decode(context, name, bytes, image);
+    }
+    if (clast_bytes_begin_with(bytes, "PF") || clast_bytes_begin_with(bytes, "Pf")) {
+        return clast_pfm_decode(context, name, bytes, image);
+    }
+    if (size == 0) {
+        return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: the file is empty: expected an image", name);
+    }
+    return clast_fail(context, CLAST_ERROR_UNSUPPORTED,
+                      "%s: not an image that clast reads: expected PNG, JPEG, Radiance HDR, EXR or PFM", name);
+}
+
+clast_status clast_image_read(clast_context *context, const char *path, clast_image *image)
+{
+    if (context == NULL || path == NULL || image == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    *image = (clast_image){0};
+    clast_file_view file;
+    clast_status status = clast_file_map(context, path, &file);
+    if (status == CLAST_OK) {
+        status = clast_decode_image(context, path, file.data, file.size, image);
+        clast_file_unmap(context, &file);
+    }
+    return status;
+}
+
+// ------------------------------------------------------------------------------------------------------------ writing
+
+static bool image_is_valid(const clast_image *image)
+{
+    return image != NULL && image->pixels != NULL && image->width > 0 && image->width <= CLAST_IMAGE_SIDE &&
+           image->height > 0 && image->height <= CLAST_IMAGE_SIDE && image->channels >= 1 && image->channels <= 4 &&
+           image->type >= CLAST_PIXEL_UNORM8 && image->type <= CLAST_PIXEL_FLOAT;
+}
+
+static void exr_encode_image(clast_file_output *output, const clast_image *image)
+{
+    static const char *const names[] = {"Y", "YA", "RGB", "RGBA"};
+    clast_image_layer layer = {.name = "", .channels = names[image->channels - 1], .pixels = image->pixels};
+    clast_exr_encode(output, image->width, image->height, &layer, 1);
+}
+
+// What the extension of a file to write stands for. The masks have a bit for each pixel type and channel count.
+typedef struct writer {
+    const char *extension;
+    unsigned types;
+    unsigned channels;
+    const char *expected;
+    void (*encode)(clast_file_output *output, const clast_image *image);
+} writer;
+
+#define TYPE(type) (1u << (type))
+static const writer writers[] = {
+    {"png", TYPE(CLAST_PIXEL_UNORM8) | TYPE(CLAST_PIXEL_UNORM16), 0x1e, "8 or 16-bit pixels", clast_png_encode},
+    {"pfm", TYPE(CLAST_PIXEL_FLOAT), 0x0a, "float pixels of 1 or 3 channels", clast_pfm_encode},
+    {"exr", TYPE(CLAST_PIXEL_FLOAT), 0x1e, "float pixels", exr_encode_image},
+    {"hdr", TYPE(CLAST_PIXEL_FLOAT), 0x08, "float pixels of 3 channels", clast_hdr_encode},
+};
+
+static const writer *writer_of(const char *path)
+{
+    char extension[8];
+    clast_path_extension(path, extension, sizeof extension);
+    for (size_t i = 0; i < sizeof writers / sizeof writers[0]; i++) {
+        if (strcmp(writers[i].extension, extension) == 0) {
+            return &writers[i];
+        }
+    }
+    return NULL;
+}
+
+clast_status clast_image_write(clast_context *context, const char *path, const clast_image *image)
+{
+    if (context == NULL || path == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    if (!image_is_valid(image)) {
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "%s: the image has no pixels, or a size, channel count or type out of range", path);
+    }
+    const writer *found = writer_of(path);
+    if (found == NULL) {
+        return clast_fail(context, CLAST_ERROR_UNSUPPORTED,
+                          "%s: not an image type that clast writes: expected .png, .exr, .pfm or .hdr", path);
+    }
+    if (!(found->types & TYPE(image->type)) || !(found->channels & 1u << image->channels)) {
+        return clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: .%s takes %s, not %u channels of another type", path,
+                          found->extension, found->expected, image->channels);
+    }
+    clast_file_output output;
+    clast_status status = clast_file_create(context, path, &output);
+    if (status == CLAST_OK) {
+        found->encode(&output, image);
+        status = clast_file_commit(&output);
+    }
+    return status;
+}
+
+static bool layers_are_valid(const clast_image_layer *layers, size_t count)
+{
+    if (layers == NULL || count == 0 || count > 256) {
+        return false;
+    }
+    for (size_t i = 0; i < count; i++) {
+        size_t channels = layers[i].channels != NULL ? strlen(layers[i].channels) : 0;
+        if (layers[i].pixels == NULL || channels == 0 || channels > 16 || layers[i].name == NULL ||
+            strlen(layers[i].name) > 200) {
+            return false;
+        }
+    }
+    return true;
+}
+
+clast_status clast_image_write_layers(clast_context *context, const char *path, uint32_t width, uint32_t height,
+                                      const clast_image_layer *layers, size_t count)
+{
+    if (context == NULL || path == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    if (width == 0 || width > CLAST_IMAGE_SIDE || height == 0 || height > CLAST_IMAGE_SIDE ||
+        !layers_are_valid(layers, count)) {
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "%s: a size, layer or channel name of the image is out of range", path);
+    }
+    char extension[8];
+    clast_path_extension(path, extension, sizeof extension);
+    if (strcmp(extension, "exr") != 0) {
+        return clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: layers are written as .exr only", path);
+    }
+    clast_file_output output;
+    clast_status status = clast_file_create(context, path, &output);
+    if (status == CLAST_OK) {
+        clast_exr_encode(&output, width, height, layers, count);
+        status = clast_file_commit(&output);
+    }
+    return status;
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the image formats share. A decoder gets the whole file in memory and gives pixels in a block of clast_allocate;
+// on failure the image is left empty. `name` is for errors.
+#ifndef CLAST_LOAD_IMAGE_H
+#define CLAST_LOAD_IMAGE_H
+
+#include "base/file.h"
+#include "clast/image.h"
+#include "load/bytes.h"
+
+// Bounds on hostile headers: what is larger is refused before anything is allocated.
+enum { CLAST_IMAGE_SIDE = 65536 };
+#define CLAST_IMAGE_BYTES ((uint64_t)1 << 30)
+
+static inline size_t clast_pixel_size(clast_pixel_type type)
+{
+    return type == CLAST_PIXEL_UNORM8 ? 1 : type == CLAST_PIXEL_UNORM16 ? 2 : 4;
+}
+
+// Checks the limits, allocates and fills `image`; its pixels are undefined yet.
+clast_status clast_image_allocate(clast_context *context, const char *name, uint64_t width, uint64_t height,
+                                  uint32_t channels, clast_pixel_type type, clast_image *image);
+
+// Copies the first line of what a library or a hostile file says, with ? for what does not print.
+void clast_copy_line(char *to, size_t size, const char *text);
+
+clast_status clast_png_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_jpeg_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_hdr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_pfm_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_exr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+
+// Each writes what its format can hold (the caller has checked) and leaves failures in output->status.
+void clast_png_encode(clast_file_output *output, const clast_image *image);
+void clast_hdr_encode(clast_file_output *output, const clast_image *image);
+void clast_pfm_encode(clast_file_output *output, const clast_image *image);
+void clast_exr_encode(clast_file_output *output, uint32_t width, uint32_t height, const clast_image_layer *layers,
+                      size_t count);
+
+#endif

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading EXR by OpenEXRCore: files of one flat part, by scanlines or tiles. The picture is the display window; what
+// the data window leaves out of it is 0.
+#include <openexr.h>
+
+#include "load/image.h"
+
+enum { PLANES = 4 };
+
+typedef struct exr_reader {
+    clast_context *context;
+    const char *name;
+    clast_bytes bytes;
+    exr_context_t file;
+    char error[200]; // what the library said first
+    exr_attr_box2i_t data, display;
+    const char *channels[PLANES]; // the file's channel for each of the image's
+    uint32_t channel_count;
+    uint8_t *planes; // a chunk's pixels, a plane for each channel
+    size_t planes_size;
+    clast_image image;
+} exr_reader;
+
+static void keep_error(exr_const_context_t file, exr_result_t code, const char *text)
+{
+    void *user = NULL;
+    (void)code;
+    if (file == NULL || exr_get_user_data(file, &user) != EXR_ERR_SUCCESS || user == NULL) {
+        return;
+    }
+    exr_reader *reader = user;
+    if (reader->error[0] == '\0') {
+        clast_copy_line(reader->error, sizeof reader->error, text);
+    }
+}
+
+static int64_t read_bytes(exr_const_context_t file, void *user, void *buffer, uint64_t size, uint64_t offset,
+                          exr_stream_error_func_ptr_t error)
+{
+    (void)file;
+    (void)error;
+    exr_reader *reader = user;
+    uint64_t left = offset < reader->bytes.size ? reader->bytes.size - offset : 0;
+    uint64_t length = size < left ? size : left;
+    if (length > 0) {
+        memcpy(buffer, reader->bytes.data + offset, length);
+    }
+    return (int64_t)length;
+}
+
+static int64_t query_size(exr_const_context_t file, void *user)
+{
+    (void)file;
+    return (int64_t)((exr_reader *)user)->bytes.size;
+}
+
+static clast_status failed(const exr_reader *reader, exr_result_t result)
+{
+    clast_status status = result == EXR_ERR_OUT_OF_MEMORY             ? CLAST_ERROR_OUT_OF_MEMORY
+                          : result == EXR_ERR_FEATURE_NOT_IMPLEMENTED ? CLAST_ERROR_UNSUPPORTED
+                                                                      : CLAST_ERROR_MALFORMED;
+    return clast_fail(reader->context, status, "%s: EXR: %s", reader->name,
+                      reader->error[0] != '\0' ? reader->error : exr_get_default_error_message(result));
+}
+
+static clast_status unsupported(const exr_reader *reader, const char *text)
+{
+    return clast_fail(reader->context, CLAST_ERROR_UNSUPPORTED, "%s: EXR: %s", reader->name, text);
+}
+
+static clast_status malformed(const exr_reader *reader, const char *text)
+{
+    return clast_fail(reader->context, CLAST_ERROR_MALFORMED, "%s: EXR: %s", reader->name, text);
+}
+
+static const exr_attr_chlist_entry_t *find_channel(const exr_attr_chlist_t *list, const char *name)
+{
+    for (int i = 0; i < list->num_channels; i++) {
+        if (strcmp(list->entries[i].name.str, name) == 0) {
+            return &list->entries[i];
+        }
+    }
+    return NULL;
+}
+
+// Which channels make the picture: R, G and B; else Y; else R; else the only one there is. A goes with each.
+static clast_status choose_channels(exr_reader *reader)
+{
+    const exr_attr_chlist_t *list;
+    exr_result_t result = exr_get_channels(reader->file, 0, &list);
+    if (result != EXR_ERR_SUCCESS) {
+        return failed(reader, result);
+    }
+    const exr_attr_chlist_entry_t *chosen[PLANES] = {NULL};
+    uint32_t count = 0;
+    if (find_channel(list, "R") && find_channel(list, "G") && find_channel(list, "B")) {
+        chosen[count++] = find_channel(list, "R");
+        chosen[count++] = find_channel(list, "G");
+        chosen[count++] = find_channel(list, "B");
+    } else if (find_channel(list, "RY") || find_channel(list, "BY")) {
+        return unsupported(reader, "luminance and chroma channels (RY, BY) are not read");
+    } else if (find_channel(list, "Y") || find_channel(list, "R")) {
+        chosen[count++] = find_channel(list, "Y") ? find_channel(list, "Y") : find_channel(list, "R");
+    } else if (list->num_channels == 1) {
+        chosen[count++] = &list->entries[0];
+    } else {
+        return unsupported(reader, "expected channels R, G and B, or Y");
+    }
+    if (find_channel(list, "A") && find_channel(list, "A") != chosen[0]) {
+        chosen[count++] = find_channel(list, "A");
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        if (chosen[i]->x_sampling != 1 || chosen[i]->y_sampling != 1) {
+            return unsupported(reader, "subsampled channels are not read");
+        }
+        reader->channels[i] = chosen[i]->name.str;
+    }
+    reader->channel_count = count;
+    return CLAST_OK;
+}
+
+static bool window_size(const exr_attr_box2i_t *window, uint64_t *width, uint64_t *height)
+{
+    if (window->max.x < window->min.x || window->max.y < window->min.y) {
+        return false;
+    }
+    *width = (uint64_t)((int64_t)window->max.x - window->min.x + 1);
+    *height = (uint64_t)((int64_t)window->max.y - window->min.y + 1);
+    return true;
+}
+
+static clast_status read_header(exr_reader *reader)
+{
+    exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    settings.error_handler_fn = keep_error;
+    settings.user_data = reader;
+    settings.read_fn = read_bytes;
+    settings.size_fn = query_size;
+    settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+    exr_result_t result = exr_start_read(&reader->file, reader->name, &settings);
+    int parts = 0;
+    exr_storage_t storage;
+    if (result == EXR_ERR_SUCCESS) {
+        result = exr_get_count(reader->file, &parts);
+    }
+    if (result == EXR_ERR_SUCCESS && parts != 1) {
+        return unsupported(reader, "the file has several parts; one is read");
+    }
+    if (result == EXR_ERR_SUCCESS) {
+        result = exr_get_storage(reader->file, 0, &storage);
+    }
+    if (result == EXR_ERR_SUCCESS && storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED) {
+        return unsupported(reader, "deep pixels are not read");
+    }
+    if (result == EXR_ERR_SUCCESS) {
+        result = exr_get_data_window(reader->file, 0, &reader->data);
+    }
+    if (result == EXR_ERR_SUCCESS) {
+        result = exr_get_display_window(reader->file, 0, &reader->display);
+    }
+    return result == EXR_ERR_SUCCESS ? choose_channels(reader) : failed(reader, result);
+}
+
+// The chunk table and the largest chunk must be possible for a file of this size before the library allocates them.
+static clast_status check_sizes(exr_reader *reader)
+{
+    uint64_t width, height, unpacked;
+    int32_t chunks;
+    if (!window_size(&reader->data, &width, &height)) {
+        return malformed(reader, "the data window is empty");
+    }
+    if (width > CLAST_IMAGE_SIDE || height > CLAST_IMAGE_SIDE) {
+        return clast_fail(reader->context, CLAST_ERROR_LIMIT,
+                          "%s: an image of %llu x %llu pixels: at most %d a side are read", reader->name,
+                          (unsigned long long)width, (unsigned long long)height, CLAST_IMAGE_SIDE);
+    }
+    if (exr_get_chunk_count(reader->file, 0, &chunks) != EXR_ERR_SUCCESS || chunks <= 0 ||
+        (uint64_t)chunks > reader->bytes.size / 8) {
+        return malformed(reader, "the file is too short for its chunk table");
+    }
+    if (exr_get_chunk_unpacked_size(reader->file, 0, &unpacked) != EXR_ERR_SUCCESS || unpacked > CLAST_IMAGE_BYTES) {
+        return clast_fail(reader->context, CLAST_ERROR_LIMIT, "%s: EXR: a chunk is larger than %llu bytes",
+                          reader->name, (unsigned long long)CLAST_IMAGE_BYTES);
+    }
+    return CLAST_OK;
+}
+
+static clast_status reserve_planes(exr_reader *reader, size_t size)
+{
+    if (size > reader->planes_size) {
+        clast_free(reader->context, reader->planes);
+        reader->planes_size = 0;
+        reader->planes = clast_allocate(reader->context, size, 1);
+        if (reader->planes == NULL) {
+            return CLAST_ERROR_OUT_OF_MEMORY;
+        }
+        reader->planes_size = size;
+    }
+    return CLAST_OK;
+}
+
+// Points the wanted channels of the decoder at the planes; gives each plane's stored type. Half becomes float.
+static bool aim_channels(exr_reader *reader, exr_decode_pipeline_t *decoder, uint16_t types[PLANES])
+{
+    size_t plane = (size_t)decoder->chunk.width * (size_t)decoder->chunk.height * 4;
+    uint32_t aimed = 0;
+    for (int i = 0; i < decoder->channel_count; i++) {
+        exr_coding_channel_info_t *channel = &decoder->channels[i];
+        channel->decode_to_ptr = NULL;
+        for (uint32_t c = 0; c < reader->channel_count; c++) {
+            if (strcmp(channel->channel_name, reader->channels[c]) != 0) {
+                continue;
+            }
+            types[c] = channel->data_type == EXR_PIXEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
+            channel->user_data_type = types[c];
+            channel->user_bytes_per_element = 4;
+            channel->user_pixel_stride = 4;
+            channel->user_line_stride = decoder->chunk.width * 4;
+            channel->decode_to_ptr = reader->planes + c * plane;
+            aimed += channel->width == decoder->chunk.width && channel->height == decoder->chunk.height;
+        }
+    }
+    return aimed == reader->channel_count;
+}
+
+// Copies the part of a decoded chunk that lies in the display window. (left, top) is the chunk's place in pixel space.
+static void store_chunk(exr_reader *reader, const exr_chunk_info_t *chunk, int64_t left, int64_t top,
+                        const uint16_t types[PLANES])
+{
+    float *pixels = (float *)reader->image.pixels;
+    size_t plane = (size_t)chunk->width * (size_t)chunk->height * 4;
+    for (int64_t y = 0; y < chunk->height; y++) {
+        int64_t to_y = top + y - reader->display.min.y;
+        if (to_y < 0 || to_y >= reader->image.height) {
+            continue;
+        }
+        for (int64_t x = 0; x < chunk->width; x++) {
+            int64_t to_x = left + x - reader->display.min.x;
+            if (to_x < 0 || to_x >= reader->image.width) {
+                continue;
+            }
+            float *to = pixels + ((size_t)to_y * reader->image.width + (size_t)to_x) * reader->channel_count;
+            for (uint32_t c = 0; c < reader->channel_count; c++) {
+                const uint8_t *from = reader->planes + c * plane + ((size_t)y * (size_t)chunk->width + (size_t)x) * 4;
+                uint32_t word;
+                memcpy(&word, from, 4);
+                memcpy(&to[c], from, 4);
+                to[c] = types[c] == EXR_PIXEL_UINT ? (float)word : to[c];
+            }
+        }
+    }
+}
+
+static clast_status read_chunk(exr_reader *reader, exr_decode_pipeline_t *decoder, const exr_chunk_info_t *chunk,
+                               int64_t left, int64_t top)
+{
+    // The library allocates what a chunk says that it unpacks to, and does not always hold that against the part's own
+    // size.
+    uint64_t largest = 0;
+    exr_get_chunk_unpacked_size(reader->file, 0, &largest);
+    if (chunk->width <= 0 || chunk->height <= 0 || chunk->unpacked_size > largest ||
+        chunk->packed_size > reader->bytes.size) {
+        return malformed(reader, "a chunk has an impossible size");
+    }
+    size_t size = (size_t)chunk->width * (size_t)chunk->height * 4 * reader->channel_count;
+    clast_status status =
+        size <= CLAST_IMAGE_BYTES ? reserve_planes(reader, size) : malformed(reader, "a chunk has an impossible size");
+    if (status != CLAST_OK) {
+        return status;
+    }
+    exr_result_t result = decoder->channels == NULL ? exr_decoding_initialize(reader->file, 0, chunk, decoder)
+                                                    : exr_decoding_update(reader->file, 0, chunk, decoder);
+    if (result != EXR_ERR_SUCCESS) {
+        return failed(reader, result);
+    }
+    uint16_t types[PLANES];
+    if (!aim_channels(reader, decoder, types)) {
+        return malformed(reader, "a chunk lacks a channel");
+    }
+    result = exr_decoding_choose_default_routines(reader->file, 0, decoder);
+    if (result == EXR_ERR_SUCCESS) {
+        result = exr_decoding_run(reader->file, 0, decoder);
+    }
+    if (result != EXR_ERR_SUCCESS) {
+        return failed(reader, result);
+    }
+    store_chunk(reader, chunk, left, top, types);
+    return CLAST_OK;
+}
+
+static clast_status read_scanlines(exr_reader *reader, exr_decode_pipeline_t *decoder)
+{
+    int32_t lines = 0;
+    exr_result_t result = exr_get_scanlines_per_chunk(reader->file, 0, &lines);
+    if (result != EXR_ERR_SUCCESS || lines <= 0) {
+        return malformed(reader, "the chunks hold no scanlines");
+    }
+    for (int64_t y = reader->data.min.y; y <= reader->data.max.y; y += lines) {
+        exr_chunk_info_t chunk;
+        result = exr_read_scanline_chunk_info(reader->file, 0, (int)y, &chunk);
+        clast_status status = result == EXR_ERR_SUCCESS ? read_chunk(reader, decoder, &chunk, reader->data.min.x, y)
+                                                        : failed(reader, result);
+        if (status != CLAST_OK) {
+            return status;
+        }
+    }
+    return CLAST_OK;
+}
+
+static clast_status read_tiles(exr_reader *reader, exr_decode_pipeline_t *decoder)
+{
+    int32_t width, height;
+    exr_result_t result = exr_get_tile_sizes(reader->file, 0, 0, 0, &width, &height);
+    if (result != EXR_ERR_SUCCESS || width <= 0 || height <= 0) {
+        return malformed(reader, "the tiles have no size");
+    }
+    int64_t across = ((int64_t)reader->data.max.x - reader->data.min.x) / width + 1;
+    int64_t down = ((int64_t)reader->data.max.y - reader->data.min.y) / height + 1;
+    for (int64_t i = 0; i < across * down; i++) {
+        int64_t x = i % across;
+        int64_t y = i / across;
+        exr_chunk_info_t chunk;
+        result = exr_read_tile_chunk_info(reader->file, 0, (int)x, (int)y, 0, 0, &chunk);
+        clast_status status =
+            result == EXR_ERR_SUCCESS
+                ? read_chunk(reader, decoder, &chunk, reader->data.min.x + x * width, reader->data.min.y + y * height)
+                : failed(reader, result);
+        if (status != CLAST_OK) {
+            return status;
+        }
+    }
+    return CLAST_OK;
+}
+
+static clast_status read_pixels(exr_reader *reader)
+{
+    uint64_t width = 0, height = 0;
+    exr_storage_t storage = EXR_STORAGE_SCANLINE;
+    clast_status status = check_sizes(reader);
+    if (status == CLAST_OK && !window_size(&reader->display, &width, &height)) {
+        status = malformed(reader, "the display window is empty");
+    }
+    if (status == CLAST_OK) {
+        status = clast_image_allocate(reader->context, reader->name, width, height, reader->channel_count,
+                                      CLAST_PIXEL_FLOAT, &reader->image);
+    }
+    if (status != CLAST_OK) {
+        return status;
+    }
+    memset((void *)reader->image.pixels, 0, (size_t)(width * height * reader->channel_count * 4));
+    exr_get_storage(reader->file, 0, &storage);
+    exr_decode_pipeline_t decoder = EXR_DECODE_PIPELINE_INITIALIZER;
+    status = storage == EXR_STORAGE_TILED ? read_tiles(reader, &decoder) : read_scanlines(reader, &decoder);
+    exr_decoding_destroy(reader->file, &decoder);
+    return status;
+}
+
+clast_status clast_exr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
+{
+    exr_reader reader = {.context = context, .name = name, .bytes = bytes};
+    clast_status status = read_header(&reader);
+    if (status == CLAST_OK) {
+        status = read_pixels(&reader);
+    }
+    if (reader.file != NULL) {
+        exr_finish(&reader.file);
+    }
+    clast_free(context, reader.planes);
+    if (status != CLAST_OK) {
+        clast_image_free(context, &reader.image);
+        return status;
+    }
+    *image = reader.image;
+    return CLAST_OK;
+}
