@@ -88,6 +88,7 @@ endfunction()
 
 # A program of all C files of a folder over the static library.
 function(clast_program name folder)
+    cmake_parse_arguments(program "" "" "LINK" ${ARGN})
     file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.c)
     if(NOT sources)
         return()
@@ -95,5 +96,5 @@ function(clast_program name folder)
     add_executable(${name} ${sources})
     target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/src)
     target_link_libraries(${name} PRIVATE clast_flags clast_library_static Threads::Threads m
-        PkgConfig::jansson PkgConfig::png PkgConfig::turbojpeg PkgConfig::openexr)
+        PkgConfig::jansson PkgConfig::png PkgConfig::turbojpeg PkgConfig::openexr ${program_LINK})
 endfunction()

@@ -29,6 +29,9 @@ typedef struct clast_render_settings {
 /** Puts defaults in place of zeros, and checks ranges: INVALID_ARGUMENT names the setting and its range. */
 CLAST_API clast_status clast_render_settings_resolve(clast_context *context, clast_render_settings *settings);
 
+/** The settings that a scene file brought; zero where it says nothing. Texts are the scene's. */
+CLAST_API void clast_scene_settings(const clast_scene *scene, clast_render_settings *settings);
+
 typedef struct clast_renderer clast_renderer;
 
 /** Makes a renderer of a scene, which must outlive it. Nothing is cooked yet. */
@@ -77,13 +80,19 @@ typedef struct clast_render_statistics {
     uint64_t vertices;
     uint32_t units, instances, lights;
     double rate;                  /**< of 1: what the budget left */
+    double cluster_fill;          /**< of 1: how full clusters are on average, by the fuller of triangles and vertices */
     uint64_t minimum_triangles;   /**< the least budget that this scene can be drawn with */
     uint64_t scene_bytes, cook_bytes, template_bytes, clas_bytes, vertex_bytes, blas_bytes, tlas_bytes;
     uint64_t memory_peak;         /**< clast's own accounting */
     uint64_t process_memory_peak;
 } clast_render_statistics;
 
-/** Commits, then renders. All outputs come from the same rays. Where the progress hook cancels, CLAST_ERROR_CANCELLED is
+/** What the scene as last committed takes; the members of a render (samples, rays, total_milliseconds) are zero.
+ *  Errors: INVALID_ARGUMENT, STATE (nothing is committed). */
+CLAST_API clast_status clast_renderer_statistics(const clast_renderer *renderer, clast_render_statistics *statistics);
+
+/** Commits, then renders. All outputs come from the same rays. A scene with neither environment nor lights nor surfaces that
+ *  emit (a textured emission of at most one does not count: it is a display or a glowing detail) is lit by a sky with a sun. Where the progress hook cancels, CLAST_ERROR_CANCELLED is
  *  returned and the outputs hold what was rendered so far, rightly exposed; statistics->samples says how much (0: nothing).
  *  `statistics` may be null. The same scene and settings give the same bits, whatever the threads or instruction set. */
 CLAST_API clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,

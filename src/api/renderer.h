@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// A renderer, as the files of this folder see it.
+#ifndef CLAST_API_RENDERER_H
+#define CLAST_API_RENDERER_H
+
+#include "render/render.h"
+
+struct clast_renderer {
+    clast_context *context;
+    clast_scene *scene;
+    clast_cooked *cooked;
+    clast_frame *frame;
+    const clast_backend *backend;
+    bool is_committed;           // rays may be traced
+    char *environment_path;      // the image that settings.env named last; null where none
+    uint32_t environment_image;  // its number in the scene
+};
+
+// Gives the scene the environment of a render: settings->env, or its own, or, where it is dark, a sky. The frame's emitters
+// are known. What the scene had is put back by clast_environment_end.
+typedef struct clast_kept_environment {
+    clast_environment environment;
+    bool was_there;
+} clast_kept_environment;
+
+clast_status clast_environment_begin(clast_renderer *renderer, const clast_render_settings *settings, clast_kept_environment *kept);
+void clast_environment_end(clast_renderer *renderer, const clast_kept_environment *kept);
+
+// statistics.c: what the committed frame takes; adds nothing that a render alone knows.
+void clast_collect_statistics(const clast_renderer *renderer, clast_render_statistics *statistics);
+
+#endif

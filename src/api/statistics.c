@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a committed scene takes.
+#include "api/renderer.h"
+#include "base/thread.h"
+
+static uint64_t image_bytes(const clast_image *image)
+{
+    uint64_t element = image->type == CLAST_PIXEL_UNORM8 ? 1 : image->type == CLAST_PIXEL_UNORM16 ? 2 : 4;
+    return (uint64_t)image->width * image->height * image->channels * element;
+}
+
+static uint64_t mesh_bytes(const clast_mesh *mesh)
+{
+    uint64_t floats = 3u * (mesh->positions != NULL) + 3u * (mesh->normals != NULL) + 4u * (mesh->tangents != NULL) +
+                      2u * (mesh->coordinates[0] != NULL) + 2u * (mesh->coordinates[1] != NULL) + 4u * (mesh->colours != NULL);
+    uint64_t uints = 3u + (mesh->triangle_materials != NULL);
+    return 4 * (floats * mesh->vertex_count + uints * mesh->triangle_count);
+}
+
+static uint64_t scene_bytes(const clast_scene *scene)
+{
+    uint64_t bytes = scene->material_count * sizeof *scene->materials + scene->instance_count * sizeof *scene->instances;
+    for (size_t i = 0; i < scene->image_count; i++) {
+        bytes += image_bytes(&scene->images[i].image);
+    }
+    for (size_t i = 0; i < scene->geometry_count; i++) {
+        if (scene->geometries[i].kind == CLAST_SOURCE_CLUSTERS) {
+            bytes += mesh_bytes(&scene->geometries[i].of.mesh);
+        }
+    }
+    return bytes;
+}
+
+// The sum over a unit's clusters of how full each is.
+static double unit_fill(const clast_template_set *templates, const clast_frame_unit *unit)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < unit->record_count; i++) {
+        uint32_t number = unit->records[i].template_index;
+        double triangles = clast_template_triangle_count(templates, number) / (double)CLUSTER_TRIANGLES;
+        double vertices = clast_template_vertex_count(templates, number) / (double)CLUSTER_VERTICES;
+        sum += triangles > vertices ? triangles : vertices;
+    }
+    return sum;
+}
+
+void clast_collect_statistics(const clast_renderer *renderer, clast_render_statistics *statistics)
+{
+    const clast_frame *frame = renderer->frame;
+    double fill = 0.0;
+    size_t records = 0;
+    for (uint32_t i = 0; i < CLAST_PASS_COUNT_; i++) {
+        statistics->pass_milliseconds[i] = frame->milliseconds[i];
+    }
+    statistics->cook_milliseconds = renderer->cooked->milliseconds;
+    statistics->triangles = frame->triangles;
+    statistics->instanced_triangles = frame->instanced_triangles;
+    statistics->clusters = frame->clusters;
+    statistics->vertices = frame->vertices;
+    statistics->instances = (uint32_t)frame->instance_count;
+    statistics->lights = (uint32_t)renderer->scene->light_count;
+    statistics->rate = (double)frame->fitted_rate;
+    statistics->minimum_triangles = frame->minimum_triangles;
+    statistics->scene_bytes = scene_bytes(renderer->scene);
+    statistics->cook_bytes = renderer->cooked->bytes;
+    statistics->template_bytes = clast_template_set_bytes(renderer->cooked->templates);
+    statistics->tlas_bytes = clast_tlas_bytes(frame->tlas);
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        const clast_frame_unit *unit = &frame->units[i];
+        if (!unit->used) {
+            continue;
+        }
+        statistics->units++;
+        statistics->clas_bytes += unit->clas != NULL ? clast_clas_pool_bytes(unit->clas) : 0;
+        statistics->blas_bytes += unit->blas != NULL ? clast_blas_bytes(unit->blas) : 0;
+        statistics->vertex_bytes += unit->vertex_count * sizeof *unit->vertices;
+        fill += unit_fill(renderer->cooked->templates, unit);
+        records += unit->record_count;
+    }
+    statistics->cluster_fill = records != 0 ? fill / (double)records : 0.0;
+    statistics->memory_peak = clast_context_memory_peak(renderer->context);
+    statistics->process_memory_peak = clast_process_memory_peak();
+}
+
+clast_status clast_renderer_statistics(const clast_renderer *renderer, clast_render_statistics *statistics)
+{
+    if (renderer == NULL || statistics == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    *statistics = (clast_render_statistics){0};
+    if (!renderer->is_committed) {
+        return clast_fail(renderer->context, CLAST_ERROR_STATE, "statistics: the renderer has not committed its scene");
+    }
+    clast_collect_statistics(renderer, statistics);
+    return CLAST_OK;
+}

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/option.h"
+
+#define CHOICE_ROW(name, value, text, ...) {text, value},
+#define CHOICES(list) static const clast_choice choices_##list[] = {list(CHOICE_ROW) {NULL, 0}};
+CHOICES(CLAST_TONE_MAP_LIST)
+CHOICES(CLAST_VIEW_LIST)
+CHOICES(CLAST_DEVICE_LIST)
+CHOICES(CLAST_ISA_CHOICE_LIST)
+
+#define RENDER_PLACES(name) offsetof(clast_command, render.name), offsetof(clast_command, given.name)
+#define RENDER_UINT(name, initial, minimum, maximum, placeholder, help) \
+    {#name, CLAST_OPTION_UINT, CLAST_IN_RENDER, initial, minimum, maximum, "", placeholder, help, NULL, RENDER_PLACES(name)},
+#define RENDER_REAL(name, initial, minimum, maximum, placeholder, help) \
+    {#name, CLAST_OPTION_REAL, CLAST_IN_RENDER, initial, minimum, maximum, "", placeholder, help, NULL, RENDER_PLACES(name)},
+#define RENDER_CHOICE(name, list, initial, help) \
+    {#name, CLAST_OPTION_CHOICE, CLAST_IN_RENDER, initial, 0, 0, "", "NAME", help, choices_##list, RENDER_PLACES(name)},
+#define RENDER_TEXT(name, initial, placeholder, help) \
+    {#name, CLAST_OPTION_TEXT, CLAST_IN_RENDER, 0, 0, 0, initial, placeholder, help, NULL, RENDER_PLACES(name)},
+
+#define PLACES(field) offsetof(clast_command, field), offsetof(clast_command, given.field##_)
+#define COMMAND_UINT(verbs, field, name, initial, minimum, maximum, placeholder, help) \
+    {name, CLAST_OPTION_UINT, verbs, initial, minimum, maximum, "", placeholder, help, NULL, PLACES(field)},
+#define COMMAND_REAL(verbs, field, name, initial, minimum, maximum, placeholder, help) \
+    {name, CLAST_OPTION_REAL, verbs, initial, minimum, maximum, "", placeholder, help, NULL, PLACES(field)},
+#define COMMAND_CHOICE(verbs, field, name, list, initial, help) \
+    {name, CLAST_OPTION_CHOICE, verbs, initial, 0, 0, "", "NAME", help, choices_##list, PLACES(field)},
+#define COMMAND_SIZE(verbs, field, name, placeholder, help) \
+    {name, CLAST_OPTION_SIZE, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
+#define COMMAND_FLAG(verbs, field, name, help) \
+    {name, CLAST_OPTION_FLAG, verbs, 0, 0, 0, "", "", help, NULL, PLACES(field)},
+#define COMMAND_OPTIONAL(verbs, field, name, placeholder, help) \
+    {name, CLAST_OPTION_OPTIONAL, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
+
+const clast_option clast_options[] = {
+    CLAST_RENDER_SETTING_LIST(RENDER_UINT, RENDER_REAL, RENDER_CHOICE, RENDER_TEXT)
+    CLAST_COMMAND_OPTION_LIST(COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE, COMMAND_SIZE, COMMAND_FLAG, COMMAND_OPTIONAL)
+};
+const size_t clast_option_count = sizeof clast_options / sizeof *clast_options;
+
+static const char *const render_details[] = {
+    "INPUT is a scene: glTF 2.0 (.gltf, .glb), Wavefront (.obj), Stanford (.ply) or a scene file (.json). A scene without "
+    "camera gets one that sees all of it; one without light gets a sky with a sun.",
+    "OUTPUT is a picture: .png (as seen on a screen: tone map and exposure for colour, false colours for other views), .exr "
+    "(32-bit layers: all views, or the one that --view names), .pfm or .hdr (linear values of one view). Without it, the name is "
+    "the input's with .png, in the current folder.",
+    "A setting that is not on the command line has the value of the scene file, where it has one.",
+    "Ctrl-C ends the render and writes what there is until then; a second one ends the command at once.",
+    NULL,
+};
+static const char *const generate_details[] = {
+    "SCENE is one of those that --list names. OUTPUT is a folder, made where it is missing: scene.json, which names the rest, "
+    "glTF files and PNG images. The same scene, detail and seed give the same files.",
+    NULL,
+};
+static const char *const info_details[] = {
+    "INPUT is any file that render takes, or an image. Prints what it holds, and, for a scene, what its clusters and acceleration "
+    "structures take.",
+    NULL,
+};
+static const char *const compare_details[] = {
+    "A and B are images: PNG, JPEG, EXR, PFM or HDR. Values are those of the files, 0 to 1 for integer types. Prints the mean "
+    "squared error (MSE), the peak signal-to-noise ratio for a peak of 1 (PSNR), the largest difference of a channel, and where it "
+    "is. A value that is not a number in one image only is an infinite difference.",
+    NULL,
+};
+
+const clast_verb_info clast_verbs[CLAST_VERB_COUNT_] = {
+    [CLAST_VERB_RENDER] = {"render", "renders a picture of a scene", "INPUT [OUTPUT]", 1, render_details, clast_run_render},
+    [CLAST_VERB_GENERATE] = {"generate", "writes a procedural scene as files", "SCENE OUTPUT", 2, generate_details,
+                             clast_run_generate},
+    [CLAST_VERB_INFO] = {"info", "tells what a file holds", "INPUT", 1, info_details, clast_run_info},
+    [CLAST_VERB_COMPARE] = {"compare", "tells how two images differ", "A B", 2, compare_details, clast_run_compare},
+};

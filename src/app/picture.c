@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/picture.h"
+
+#include <string.h>
+#include <xxhash.h>
+
+#include "app/print.h"
+#include "base/file.h"
+#include "base/size.h"
+
+// A view as the list has it, and the layer that it becomes in an EXR file: the names that compositors know.
+typedef struct view_info {
+    const char *name;
+    uint32_t channels;
+    bool is_float;
+    const char *layer;
+    const char *channel_names;
+} view_info;
+
+static const char *const layer_names[CLAST_VIEW_COUNT_][2] = {
+    [CLAST_VIEW_COLOUR] = {"", "RGB"},         [CLAST_VIEW_ALBEDO] = {"albedo", "RGB"}, [CLAST_VIEW_NORMAL] = {"N", "XYZ"},
+    [CLAST_VIEW_DEPTH] = {"", "Z"},            [CLAST_VIEW_UV] = {"uv", "UV"},          [CLAST_VIEW_INSTANCE] = {"instance", "X"},
+    [CLAST_VIEW_CLUSTER] = {"cluster", "X"},   [CLAST_VIEW_TRIANGLE] = {"triangle", "X"}, [CLAST_VIEW_STEPS] = {"steps", "X"},
+};
+
+static view_info view_about(clast_view view)
+{
+    static const view_info views[] = {
+#define VIEW_ROW(name, value, text, channels, is_float, help) {text, channels, is_float, NULL, NULL},
+        CLAST_VIEW_LIST(VIEW_ROW)};
+    view_info info = views[view];
+    info.layer = layer_names[view][0];
+    info.channel_names = layer_names[view][1];
+    return info;
+}
+
+static bool find_format(const char *path, clast_picture_format *format)
+{
+    static const char *const extensions[] = {"png", "exr", "pfm", "hdr"};
+    char extension[8];
+    clast_path_extension(path, extension, sizeof extension);
+    for (size_t i = 0; i < sizeof extensions / sizeof *extensions; i++) {
+        if (strcmp(extension, extensions[i]) == 0) {
+            *format = (clast_picture_format)i;
+            return true;
+        }
+    }
+    return false;
+}
+
+// The input's name without folder and extension, with .png.
+static char *default_path(clast_context *context, const char *input)
+{
+    const char *slash = strrchr(input, '/');
+    const char *name = slash != NULL ? slash + 1 : input;
+    const char *dot = strrchr(name, '.');
+    size_t length = dot != NULL && dot != name ? (size_t)(dot - name) : strlen(name);
+    char *path = clast_allocate(context, length + sizeof ".png", 1);
+    if (path != NULL) {
+        memcpy(path, name, length);
+        memcpy(path + length, ".png", sizeof ".png");
+    }
+    return path;
+}
+
+clast_exit clast_picture_plan(clast_session *session, clast_picture *picture)
+{
+    const clast_command *command = session->command;
+    clast_context *context = session->context;
+    *picture = (clast_picture){0};
+    picture->path = command->positionals[1] != NULL ? clast_copy_text(context, command->positionals[1])
+                                                    : default_path(context, command->positionals[0]);
+    if (picture->path == NULL) {
+        return clast_session_fail(session, CLAST_ERROR_OUT_OF_MEMORY);
+    }
+    if (!find_format(picture->path, &picture->format)) {
+        clast_print_error("%s: expected an output that ends in .png, .exr, .pfm or .hdr", picture->path);
+        return CLAST_EXIT_USAGE;
+    }
+    clast_view view = (clast_view)command->view;
+    bool is_linear = picture->format == CLAST_PICTURE_PFM || picture->format == CLAST_PICTURE_HDR;
+    if (is_linear && !view_about(view).is_float) {
+        clast_print_error("--view %s: whole numbers can be written as .png or .exr only", view_about(view).name);
+        return CLAST_EXIT_USAGE;
+    }
+    if (!clast_can_write(picture->path)) {
+        clast_print_error("%s: a file cannot be written there", picture->path);
+        return CLAST_EXIT_FAILURE;
+    }
+    if (picture->format == CLAST_PICTURE_EXR && !command->given.view_) {
+        for (uint32_t i = 0; i < CLAST_VIEW_COUNT_; i++) {
+            picture->outputs[picture->output_count++].view = (clast_view)i;
+        }
+    } else {
+        picture->outputs[picture->output_count++].view = view;
+    }
+    return CLAST_EXIT_SUCCESS;
+}
+
+clast_status clast_picture_allocate(clast_context *context, clast_picture *picture, uint32_t width, uint32_t height)
+{
+    picture->width = width;
+    picture->height = height;
+    size_t pixels = 0;
+    if (!clast_multiply_size(width, height, &pixels)) {
+        return clast_fail(context, CLAST_ERROR_LIMIT, "a picture of %u x %u pixels is too large for this machine", width, height);
+    }
+    for (size_t i = 0; i < picture->output_count; i++) {
+        uint32_t channels = view_about(picture->outputs[i].view).channels;
+        picture->outputs[i].pixels = clast_allocate_zeroed(context, pixels, channels * sizeof(float));
+        if (picture->outputs[i].pixels == NULL) {
+            return CLAST_ERROR_OUT_OF_MEMORY;
+        }
+    }
+    return CLAST_OK;
+}
+
+static clast_status write_display(clast_context *context, clast_picture *picture, const clast_render_settings *settings)
+{
+    size_t pixels = (size_t)picture->width * picture->height;
+    uint8_t *bytes = clast_allocate(context, pixels, 3);
+    if (bytes == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    const clast_render_output *output = &picture->outputs[0];
+    clast_status status =
+        clast_view_to_display(context, output->view, output->pixels, picture->width, picture->height, settings, bytes);
+    if (status == CLAST_OK) {
+        clast_image image = {picture->width, picture->height, 3, CLAST_PIXEL_UNORM8, bytes};
+        status = clast_image_write(context, picture->path, &image);
+        picture->hash = XXH3_64bits(bytes, pixels * 3);
+    }
+    clast_free(context, bytes);
+    return status;
+}
+
+static clast_status write_layers(clast_context *context, clast_picture *picture)
+{
+    clast_image_layer layers[CLAST_VIEW_COUNT_];
+    size_t pixels = (size_t)picture->width * picture->height;
+    picture->hash = 0;
+    for (size_t i = 0; i < picture->output_count; i++) {
+        view_info info = view_about(picture->outputs[i].view);
+        layers[i] = (clast_image_layer){info.layer, info.channel_names, !info.is_float, picture->outputs[i].pixels};
+        picture->hash = XXH3_64bits_withSeed(picture->outputs[i].pixels, pixels * info.channels * sizeof(float), picture->hash);
+    }
+    return clast_image_write_layers(context, picture->path, picture->width, picture->height, layers, picture->output_count);
+}
+
+// Linear formats have one or three channels: two (texture coordinates) get a third of zeros, and HDR repeats a single one.
+static clast_status write_linear(clast_context *context, clast_picture *picture)
+{
+    view_info info = view_about(picture->outputs[0].view);
+    const float *values = picture->outputs[0].pixels;
+    size_t pixels = (size_t)picture->width * picture->height;
+    uint32_t channels = info.channels == 1 && picture->format == CLAST_PICTURE_PFM ? 1 : 3;
+    float *padded = NULL;
+    picture->hash = XXH3_64bits(values, pixels * info.channels * sizeof(float));
+    if (channels != info.channels) {
+        padded = clast_allocate(context, pixels, 3 * sizeof(float));
+        if (padded == NULL) {
+            return CLAST_ERROR_OUT_OF_MEMORY;
+        }
+        for (size_t i = 0; i < pixels; i++) {
+            const float *from = values + i * info.channels;
+            padded[3 * i] = from[0];
+            padded[3 * i + 1] = info.channels == 2 ? from[1] : from[0];
+            padded[3 * i + 2] = info.channels == 2 ? 0.0f : from[0];
+        }
+        values = padded;
+    }
+    clast_image image = {picture->width, picture->height, channels, CLAST_PIXEL_FLOAT, values};
+    clast_status status = clast_image_write(context, picture->path, &image);
+    clast_free(context, padded);
+    return status;
+}
+
+clast_status clast_picture_write(clast_context *context, clast_picture *picture, const clast_render_settings *settings)
+{
+    switch (picture->format) {
+    case CLAST_PICTURE_PNG: return write_display(context, picture, settings);
+    case CLAST_PICTURE_EXR: return write_layers(context, picture);
+    case CLAST_PICTURE_PFM:
+    case CLAST_PICTURE_HDR: return write_linear(context, picture);
+    }
+    return CLAST_ERROR_INVALID_ARGUMENT;
+}
+
+void clast_picture_free(clast_context *context, clast_picture *picture)
+{
+    for (size_t i = 0; i < picture->output_count; i++) {
+        clast_free(context, picture->outputs[i].pixels);
+    }
+    clast_free(context, picture->path);
+    *picture = (clast_picture){0};
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all verbs share: a context made from the options, progress on a terminal, statistics as JSON.
+#ifndef CLAST_APP_SESSION_H
+#define CLAST_APP_SESSION_H
+
+#include <jansson.h>
+
+#include "app/option.h"
+#include "clast/context.h"
+
+typedef struct clast_session {
+    const clast_command *command;
+    clast_context *context;
+    double begun;          // clast_clock() at the start
+    bool shows_progress;
+    bool line_is_shown;    // a progress line stands on the terminal
+    char stage[32];
+    double stage_begun;
+    double shown;          // when the line was last written
+    uint32_t samples;      // of a render, per pixel; 0 where nothing is rendered
+    double first_picture;  // seconds until each pixel had a sample; 0 where not yet
+} clast_session;
+
+// Begins the work of a verb; prints the error and gives false where the context cannot be made.
+bool clast_session_begin(clast_session *session, const clast_command *command);
+void clast_session_end(clast_session *session);
+// Takes the progress line off the terminal.
+void clast_session_clear_line(clast_session *session);
+double clast_session_seconds(const clast_session *session);
+
+// Prints the context's error, and gives the exit code for the status.
+clast_exit clast_session_fail(clast_session *session, clast_status status);
+
+// Writes and releases the object where --json asks for it; gives false after an error line. An object that is null (memory
+// ran out) is an error too.
+bool clast_session_write_json(clast_session *session, json_t *object);
+// Whether results for a person go to standard output.
+bool clast_session_prints(const clast_session *session);
+// Ends what was printed: an error where standard output did not take it all.
+clast_exit clast_finish_output(clast_exit code);
+
+#endif
