@@ -11,13 +11,21 @@ typedef struct clast_cooked {
     clast_template_set *templates;
     clast_unit **units;
     size_t unit_count, unit_capacity;
+    clast_geometry *geometries; // copies of the scene's records, which may move when the scene is edited; units point here
+    size_t geometry_capacity;
+    clast_unit **retired; // replaced units: a frame made before may still point into them
+    size_t retired_count, retired_capacity;
+    uint32_t serials;     // units ever cooked
     uint64_t bytes;
     double milliseconds; // of the last update
 } clast_cooked;
 
 clast_status clast_cooked_create(clast_context *context, clast_cooked **cooked);
 void clast_cooked_destroy(clast_cooked *cooked);
-// Cooks new geometries of the scene, cooks changed ones anew, keeps the rest. Reports progress as "cook".
+// Cooks new geometries of the scene, cooks changed ones anew, keeps the rest. Reports progress as "cook". Where it
+// fails, each unit is either the old or the new one, whole.
 clast_status clast_cooked_update(clast_cooked *cooked, const clast_scene *scene);
+// Frees replaced units: called by a frame that no longer points into them.
+void clast_cooked_release(clast_cooked *cooked);
 
 #endif

@@ -127,7 +127,7 @@ RECORD_SIZE(clast_camera, 68)
 // From where geometry is adapted, and how finely.
 RECORD(clast_source_view)
 {
-    packed3 eye;            // world space
+    packed3 eye;            // in the unit's own space
     float pixels_per_unit;  // pixels that a length of one covers at distance one
     float rate;             // wanted density, 1 is the settings' own
     uint hidden;            // 1 where no camera ray can see it: coarser, but never gone

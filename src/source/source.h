@@ -18,7 +18,8 @@
 
 // A moment of a unit: what moves is a function of these and of the geometry's arrays.
 typedef struct clast_pose {
-    double time; // seconds
+    double time;      // seconds
+    uint32_t version; // of the unit's positions (clast_unit.version): grows when `update` takes new ones over
 } clast_pose;
 
 // What has to be made anew for a pose, given what was made for the pose before. Each includes those before it.
@@ -55,16 +56,23 @@ typedef struct clast_source_surface {
 typedef struct clast_unit {
     clast_context *context;
     clast_source_kind kind;
-    const clast_geometry *geometry; // of the scene; may move when the scene is edited: cook/ sets it anew each commit
+    const clast_geometry *geometry; // cook/'s copy of the scene's, as of the last commit
     uint32_t geometry_version;      // that was cooked
     uint32_t item_count;
     uint64_t bytes;                 // of the cooked data
+    uint32_t number;                // of the geometry; records carry it. Set by cook/
+    uint32_t serial;                // no two units of a clast_cooked ever had the same. Set by cook/
+    uint32_t version;               // of the positions: poses carry it
+    uint32_t *materials;            // the different materials of its surface, in order of first use
+    uint32_t material_count;
 } clast_unit;
 
 typedef struct clast_source {
     const char *name;
 
-    // Cooks a geometry. Templates are added to the scene's set.
+    // How long cooking takes, in triangles: for the progress only.
+    uint64_t (*work)(const clast_geometry *geometry);
+    // Cooks a geometry. Templates are added to the scene's set. Sets all of clast_unit but number and serial.
     clast_status (*cook)(clast_context *context, const clast_geometry *geometry, clast_template_set *templates, clast_unit **unit);
     void (*destroy)(clast_unit *unit);
     // The geometry's positions changed and its topology did not: take them over, so that `changed` says so. May refuse by
@@ -79,7 +87,9 @@ typedef struct clast_source {
     // Describes the cooked arrays; returns how many.
     uint32_t (*arrays)(const clast_unit *unit, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST]);
 
-    // What an item emits at view->rate. The rate CLAST_RATE_LEAST gives the least that is still whole (every factor 1).
+    // What an item emits at view->rate; `vertices` are those that fill writes, not resident ones. The rate CLAST_RATE_LEAST
+    // gives the least that is still whole (every factor 1), whatever the rest of the view and the pose. The sum over a
+    // unit's items never falls while the rate grows.
     clast_source_count (*count)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item);
     // Writes exactly count().clusters records. first_vertex is where the item's vertices begin.
     void (*emit)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
@@ -109,6 +119,7 @@ typedef struct clast_source {
 
 // The kinds, by clast_source_kind.
 extern const clast_source *const clast_sources[];
+extern const uint32_t clast_source_kind_count;
 #define CLAST_SOURCE_DECLARE(name, value, text) extern const clast_source name##_TABLE;
 CLAST_SOURCE_LIST(CLAST_SOURCE_DECLARE)
 

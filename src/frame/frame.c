@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "frame/frame.h"
+
+#include "base/thread.h"
+#include "frame/backend.h"
+
+clast_status clast_frame_create(clast_scene *scene, clast_cooked *cooked, clast_frame **result)
+{
+    clast_context *context = cooked->context;
+    clast_frame *frame = clast_allocate_zeroed(context, 1, sizeof *frame);
+    if (frame == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    frame->context = context;
+    frame->scene = scene;
+    frame->cooked = cooked;
+    frame->fitted_rate = 1.0f;
+    clast_status status = clast_tlas_create(context, &frame->tlas);
+    if (status != CLAST_OK) {
+        clast_free(context, frame);
+        return status;
+    }
+    *result = frame;
+    return CLAST_OK;
+}
+
+static void destroy_unit(clast_context *context, clast_frame_unit *unit)
+{
+    if (unit->blas != NULL) {
+        clast_blas_destroy(unit->blas);
+    }
+    if (unit->clas != NULL) {
+        clast_clas_pool_destroy(unit->clas);
+    }
+    clast_free(context, unit->records);
+    clast_free(context, unit->vertices);
+    clast_free(context, unit->item_counts);
+}
+
+void clast_frame_destroy(clast_frame *frame)
+{
+    if (frame == NULL) {
+        return;
+    }
+    clast_context *context = frame->context;
+    clast_tlas_destroy(frame->tlas);
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        destroy_unit(context, &frame->units[i]);
+    }
+    clast_free(context, frame->units);
+    clast_free(context, frame->instances);
+    clast_free(context, frame->frame_instance_of);
+    clast_free(context, frame->emitters);
+    clast_free(context, frame->clas_inputs);
+    clast_free(context, frame->tlas_instances);
+    clast_free(context, frame);
+}
+
+static const char *pass_name(clast_pass pass)
+{
+    switch (pass) {
+#define CASE(name, value, text, help) \
+    case name: return text;
+        CLAST_PASS_LIST(CASE)
+#undef CASE
+    case CLAST_PASS_COUNT_: break;
+    }
+    return "unknown";
+}
+
+static clast_status run_pass(clast_frame *frame, const clast_backend *backend, clast_pass pass, void *target)
+{
+    if (backend->passes[pass] == NULL) {
+        return clast_fail(frame->context, CLAST_ERROR_UNSUPPORTED, "backend %s has no pass %s", backend->name, pass_name(pass));
+    }
+    double start = clast_clock();
+    clast_status status = backend->passes[pass](frame, target);
+    frame->milliseconds[pass] += (clast_clock() - start) * 1e3;
+    return status;
+}
+
+// A failed pass may leave the tree pointing to what has moved since. An empty tree needs no memory, so this cannot fail.
+static void forget(clast_frame *frame)
+{
+    clast_tlas_build(frame->tlas, NULL, 0);
+    frame->instance_count = 0;
+    frame->emitter_count = 0;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        frame->units[i].made = false;
+    }
+}
+
+clast_status clast_frame_run(clast_frame *frame, const clast_backend *backend, clast_pass first, clast_pass last, void *target)
+{
+    if (first == CLAST_PASS_ANIMATE) {
+        for (uint32_t pass = 0; pass < CLAST_PASS_COUNT_; pass++) {
+            frame->milliseconds[pass] = 0.0;
+        }
+    }
+    for (uint32_t pass = first; pass <= (uint32_t)last && pass < CLAST_PASS_COUNT_; pass++) {
+        clast_status status = run_pass(frame, backend, (clast_pass)pass, target);
+        if (status != CLAST_OK) {
+            if (pass <= CLAST_PASS_LIGHTS) {
+                forget(frame);
+            }
+            return status;
+        }
+    }
+    return CLAST_OK;
+}
+
+clast_frame_bytes clast_frame_count_bytes(const clast_frame *frame)
+{
+    clast_frame_bytes bytes = {.tlas = clast_tlas_bytes(frame->tlas)};
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        const clast_frame_unit *unit = &frame->units[i];
+        bytes.records += unit->record_capacity * sizeof *unit->records;
+        bytes.vertices += unit->vertex_capacity * sizeof *unit->vertices;
+        bytes.clas += unit->clas != NULL ? clast_clas_pool_bytes(unit->clas) : 0;
+        bytes.blas += unit->blas != NULL ? clast_blas_bytes(unit->blas) : 0;
+    }
+    return bytes;
+}

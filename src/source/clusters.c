@@ -1,0 +1,700 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plain meshes: cooked clusters, each its own template, with positions that stay where they are from frame to frame. An
+// item is a cluster.
+#include <math.h>
+#include <stdatomic.h>
+#include <string.h>
+
+#include "base/size.h"
+#include "base/thread.h"
+#include "clast/geometry.h"
+#include "source/source.h"
+
+enum {
+    CLUSTER_GRAIN = 64,
+    BOX_GRAIN = 65536,
+    CORNER_GRAIN = 65536,
+    PROGRESS_TRIANGLES = 1000000, // meshes of fewer are cooked in less time than it takes to look
+};
+
+// What is kept of clast_clusters: 20 bytes a cluster, 4 a triangle and 12 a vertex.
+typedef struct cooked_cluster {
+    uint32_t first_triangle; // into triangles
+    uint32_t triangle_count;
+    uint32_t first_vertex;   // into positions
+    uint32_t vertex_count;
+    uint32_t template_index;
+} cooked_cluster;
+
+typedef struct clusters_unit {
+    clast_unit base;
+    const clast_template_set *templates;
+    cooked_cluster *clusters;
+    uint32_t *triangles; // the mesh's triangle, for each of the clusters' triangles
+    packed3 *positions;
+    size_t triangle_count;
+    size_t position_count;
+    clast_box box;
+} clusters_unit;
+
+static const clusters_unit *clusters_of(const clast_unit *unit)
+{
+    return (const clusters_unit *)unit;
+}
+
+static packed3 mesh_position(const clast_mesh *mesh, size_t vertex)
+{
+    packed3 position;
+    memcpy(&position, mesh->positions + 3 * vertex, sizeof position);
+    return position;
+}
+
+static uint32_t mesh_material(const clast_mesh *mesh, size_t triangle)
+{
+    uint32_t material = mesh->triangle_materials != NULL ? mesh->triangle_materials[triangle] : mesh->material;
+    return material != CLAST_NONE ? material : 0;
+}
+
+// How long cooking takes: in triangles.
+static uint64_t work(const clast_geometry *geometry)
+{
+    return geometry->of.mesh.triangle_count;
+}
+
+// ----------------------------------------------------------------------------------------------------------- bounds
+
+typedef struct box_job {
+    const packed3 *positions;
+    clast_box *boxes; // one for each chunk
+} box_job;
+
+static clast_box empty_box(void)
+{
+    return (clast_box){{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
+}
+
+static void widen(clast_box *box, packed3 lower, packed3 upper)
+{
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        box->lower.v[axis] = min1(box->lower.v[axis], lower.v[axis]);
+        box->upper.v[axis] = max1(box->upper.v[axis], upper.v[axis]);
+    }
+}
+
+static void bound_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    box_job *job = data;
+    clast_box box = empty_box();
+    for (size_t i = begin; i < end; i++) {
+        widen(&box, job->positions[i], job->positions[i]);
+    }
+    job->boxes[begin / BOX_GRAIN] = box;
+}
+
+static clast_status bound_positions(clusters_unit *unit)
+{
+    clast_context *context = unit->base.context;
+    size_t chunks = unit->position_count / BOX_GRAIN + 1;
+    box_job job = {unit->positions, clast_allocate(context, chunks, sizeof *job.boxes)};
+    if (job.boxes == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    for (size_t i = 0; i < chunks; i++) {
+        job.boxes[i] = empty_box();
+    }
+    clast_parallel_for(context, unit->position_count, BOX_GRAIN, bound_range, &job);
+    unit->box = empty_box();
+    for (size_t i = 0; i < chunks; i++) {
+        widen(&unit->box, job.boxes[i].lower, job.boxes[i].upper);
+    }
+    clast_free(context, job.boxes);
+    return CLAST_OK;
+}
+
+// -------------------------------------------------------------------------------------------------------- materials
+
+// The different materials, in order of first use: an open hash table of numbers into the list.
+typedef struct material_table {
+    uint32_t *slots; // place in the list plus one; 0 is free
+    size_t slot_count;
+    uint32_t *list;
+    size_t count, capacity;
+} material_table;
+
+static uint32_t *material_slot(material_table *table, uint32_t material)
+{
+    size_t slot = material * 2654435761u % table->slot_count;
+    while (table->slots[slot] != 0 && table->list[table->slots[slot] - 1] != material) {
+        slot = (slot + 1) % table->slot_count;
+    }
+    return &table->slots[slot];
+}
+
+static clast_status grow_materials(clast_context *context, material_table *table)
+{
+    size_t count = table->slot_count != 0 ? table->slot_count * 2 : 64;
+    uint32_t *slots = clast_allocate_zeroed(context, count, sizeof *slots);
+    if (slots == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    clast_free(context, table->slots);
+    table->slots = slots;
+    table->slot_count = count;
+    for (size_t i = 0; i < table->count; i++) {
+        *material_slot(table, table->list[i]) = (uint32_t)i + 1;
+    }
+    return CLAST_OK;
+}
+
+static clast_status add_material(clast_context *context, material_table *table, uint32_t material)
+{
+    if (2 * table->count >= table->slot_count) {
+        clast_status status = grow_materials(context, table);
+        if (status != CLAST_OK) {
+            return status;
+        }
+    }
+    uint32_t *slot = material_slot(table, material);
+    if (*slot != 0) {
+        return CLAST_OK;
+    }
+    clast_status status = CLAST_RESERVE(context, table->list, table->capacity, table->count + 1);
+    if (status == CLAST_OK) {
+        table->list[table->count++] = material;
+        *slot = (uint32_t)table->count;
+    }
+    return status;
+}
+
+static clast_status list_materials(clusters_unit *unit, const clast_mesh *mesh)
+{
+    clast_context *context = unit->base.context;
+    material_table table = {0};
+    clast_status status = CLAST_OK;
+    size_t looked_at = mesh->triangle_materials != NULL || mesh->triangle_count == 0 ? mesh->triangle_count : 1;
+    uint32_t last = CLAST_NONE; // no triangle's: mesh_material never gives it
+    for (size_t i = 0; i < looked_at && status == CLAST_OK; i++) {
+        uint32_t material = mesh_material(mesh, i);
+        if (material != last) {
+            status = add_material(context, &table, material);
+            last = material;
+        }
+    }
+    clast_free(context, table.slots);
+    unit->base.materials = table.list;
+    unit->base.material_count = (uint32_t)table.count;
+    return status;
+}
+
+// ------------------------------------------------------------------------------------------------------------- cook
+
+typedef struct weld_job {
+    const uint32_t *indices;
+    const uint32_t *remap;
+    uint32_t *welded;
+} weld_job;
+
+static void weld_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    weld_job *job = data;
+    for (size_t i = begin; i < end; i++) {
+        job->welded[i] = job->remap[job->indices[i]];
+    }
+}
+
+// The mesh's indices with equal positions made one, in a new block; null where they are as they should be already.
+static clast_status weld(clast_context *context, const clast_mesh *mesh, uint32_t **welded)
+{
+    *welded = NULL;
+    uint32_t *remap = clast_allocate(context, mesh->vertex_count, sizeof *remap);
+    if (remap == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    size_t unique = 0;
+    clast_status status = clast_weld_positions(context, mesh->positions, mesh->vertex_count, remap, &unique);
+    size_t corners = (size_t)mesh->triangle_count * 3;
+    if (status == CLAST_OK && unique != mesh->vertex_count) {
+        *welded = clast_allocate(context, corners, sizeof **welded);
+        status = *welded != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    if (status == CLAST_OK && *welded != NULL) {
+        weld_job job = {mesh->indices, remap, *welded};
+        clast_parallel_for(context, corners, CORNER_GRAIN, weld_range, &job);
+    }
+    clast_free(context, remap);
+    return status;
+}
+
+typedef struct gather_job {
+    clusters_unit *unit;
+    const clast_mesh *mesh;
+    const clast_clusters *clusters;
+    clast_template_desc *descs;
+} gather_job;
+
+// Positions, triangle numbers and the template description of clusters.
+static void gather_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    gather_job *job = data;
+    clusters_unit *unit = job->unit;
+    for (size_t i = begin; i < end; i++) {
+        clast_cluster from = job->clusters->clusters[i];
+        for (uint32_t v = from.first_vertex; v < from.first_vertex + from.vertex_count; v++) {
+            unit->positions[v] = mesh_position(job->mesh, job->clusters->vertices[v]);
+        }
+        memcpy(unit->triangles + from.first_triangle, job->clusters->triangles + from.first_triangle,
+               from.triangle_count * sizeof *unit->triangles);
+        unit->clusters[i] =
+            (cooked_cluster){from.first_triangle, from.triangle_count, from.first_vertex, from.vertex_count, (uint32_t)i};
+        job->descs[i] = (clast_template_desc){
+            .triangle_count = from.triangle_count,
+            .vertex_count = from.vertex_count,
+            .indices = job->clusters->indices + 3 * (size_t)from.first_triangle,
+            .rest_positions = unit->positions[from.first_vertex].v,
+        };
+    }
+}
+
+static clast_status keep_clusters(clusters_unit *unit, const clast_mesh *mesh, const clast_clusters *clusters,
+                                  clast_template_set *templates)
+{
+    clast_context *context = unit->base.context;
+    unit->triangle_count = mesh->triangle_count;
+    unit->position_count = clusters->vertex_count;
+    unit->clusters = clast_allocate(context, clusters->cluster_count, sizeof *unit->clusters);
+    unit->triangles = clast_allocate(context, unit->triangle_count, sizeof *unit->triangles);
+    unit->positions = clast_allocate(context, unit->position_count, sizeof *unit->positions);
+    clast_template_desc *descs = clast_allocate(context, clusters->cluster_count, sizeof *descs);
+    clast_status status = CLAST_ERROR_OUT_OF_MEMORY;
+    if (unit->clusters != NULL && unit->triangles != NULL && unit->positions != NULL && descs != NULL) {
+        gather_job job = {unit, mesh, clusters, descs};
+        clast_parallel_for(context, clusters->cluster_count, CLUSTER_GRAIN, gather_range, &job);
+        status = bound_positions(unit);
+    }
+    uint32_t first = 0;
+    if (status == CLAST_OK) { // last, as a set cannot give templates back
+        status = clast_template_set_add(templates, descs, clusters->cluster_count, &first);
+    }
+    clast_free(context, descs);
+    for (size_t i = 0; status == CLAST_OK && i < clusters->cluster_count; i++) {
+        unit->clusters[i].template_index += first;
+    }
+    unit->base.item_count = (uint32_t)clusters->cluster_count;
+    unit->base.bytes = sizeof *unit + clusters->cluster_count * sizeof *unit->clusters +
+                       unit->triangle_count * sizeof *unit->triangles + unit->position_count * sizeof *unit->positions +
+                       unit->base.material_count * sizeof(uint32_t);
+    return status;
+}
+
+// For cancelling between the stages of a mesh that takes seconds.
+static clast_status look_up(const clusters_unit *unit, const clast_mesh *mesh, uint64_t stage)
+{
+    return mesh->triangle_count < PROGRESS_TRIANGLES ? CLAST_OK : clast_progress(unit->base.context, "clusters", stage, 3);
+}
+
+static clast_status cook_mesh(clusters_unit *unit, const clast_mesh *mesh, clast_template_set *templates)
+{
+    clast_context *context = unit->base.context;
+    uint32_t *welded = NULL;
+    clast_clusters clusters = {0};
+    clast_status status = list_materials(unit, mesh);
+    if (status == CLAST_OK) {
+        status = weld(context, mesh, &welded);
+    }
+    if (status == CLAST_OK) {
+        status = look_up(unit, mesh, 1);
+    }
+    if (status == CLAST_OK) {
+        clast_clusterize_desc desc = {
+            .positions = mesh->positions,
+            .position_count = mesh->vertex_count,
+            .indices = welded != NULL ? welded : mesh->indices,
+            .triangle_count = mesh->triangle_count,
+            .max_triangles = CLUSTER_TRIANGLES,
+            .max_vertices = CLUSTER_VERTICES,
+        };
+        status = clast_clusterize(context, &desc, &clusters);
+    }
+    clast_free(context, welded);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    status = look_up(unit, mesh, 2);
+    if (status == CLAST_OK) {
+        status = keep_clusters(unit, mesh, &clusters, templates);
+    }
+    clast_clusters_free(context, &clusters);
+    return status;
+}
+
+static void destroy(clast_unit *base)
+{
+    clusters_unit *unit = (clusters_unit *)base;
+    clast_context *context = base->context;
+    clast_free(context, base->materials);
+    clast_free(context, unit->clusters);
+    clast_free(context, unit->triangles);
+    clast_free(context, unit->positions);
+    clast_free(context, unit);
+}
+
+static clast_status cook(clast_context *context, const clast_geometry *geometry, clast_template_set *templates, clast_unit **result)
+{
+    clusters_unit *unit = clast_allocate_zeroed(context, 1, sizeof *unit);
+    if (unit == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    unit->base = (clast_unit){
+        .context = context,
+        .kind = CLAST_SOURCE_CLUSTERS,
+        .geometry = geometry,
+        .geometry_version = geometry->version,
+        .bytes = sizeof *unit,
+    };
+    unit->templates = templates;
+    unit->box = empty_box();
+    const clast_mesh *mesh = &geometry->of.mesh;
+    clast_status status = mesh->triangle_count != 0 ? cook_mesh(unit, mesh, templates) : CLAST_OK;
+    if (status != CLAST_OK) {
+        destroy(&unit->base);
+        return status;
+    }
+    *result = &unit->base;
+    return CLAST_OK;
+}
+
+// ----------------------------------------------------------------------------------------------------------- update
+
+typedef struct update_job {
+    clusters_unit *unit;
+    const clast_mesh *mesh;
+    atomic_bool torn;
+} update_job;
+
+static bool same_position(packed3 a, packed3 b)
+{
+    return a.v[0] == b.v[0] && a.v[1] == b.v[1] && a.v[2] == b.v[2];
+}
+
+// The mesh's present positions of a cluster's vertices, by way of its triangles' corners. False where vertices that were
+// welded are no longer in one place.
+static bool gather_cluster(const clusters_unit *unit, const clast_mesh *mesh, const cooked_cluster *cluster, packed3 *positions)
+{
+    bool known[TEMPLATE_VERTICES] = {false};
+    for (uint32_t t = 0; t < cluster->triangle_count; t++) {
+        const uint32_t *vertices = mesh->indices + 3 * (size_t)unit->triangles[cluster->first_triangle + t];
+        uint32_t corners[3];
+        clast_template_triangle(unit->templates, cluster->template_index, t, corners);
+        for (uint32_t k = 0; k < 3; k++) {
+            packed3 position = mesh_position(mesh, vertices[k]);
+            if (known[corners[k]] && !same_position(positions[corners[k]], position)) {
+                return false;
+            }
+            known[corners[k]] = true;
+            positions[corners[k]] = position;
+        }
+    }
+    return true;
+}
+
+static void check_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    update_job *job = data;
+    packed3 positions[TEMPLATE_VERTICES];
+    for (size_t i = begin; i < end; i++) {
+        if (!gather_cluster(job->unit, job->mesh, &job->unit->clusters[i], positions)) {
+            atomic_store_explicit(&job->torn, true, memory_order_relaxed);
+            return;
+        }
+    }
+}
+
+static void write_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    update_job *job = data;
+    for (size_t i = begin; i < end; i++) {
+        const cooked_cluster *cluster = &job->unit->clusters[i];
+        gather_cluster(job->unit, job->mesh, cluster, job->unit->positions + cluster->first_vertex);
+    }
+}
+
+// Vertices of one position share a vertex of their clusters: where they part, clusters would be drawn closed that are not,
+// or the other way round, so the mesh is cooked anew. Nothing is written before that is known. Vertices that met since
+// stay apart: that is no crack, as they are equal to the bit.
+static clast_status update(clast_unit *base, const clast_geometry *geometry)
+{
+    clusters_unit *unit = (clusters_unit *)base;
+    const clast_mesh *mesh = &geometry->of.mesh;
+    if (mesh->triangle_count != unit->triangle_count) {
+        return CLAST_ERROR_UNSUPPORTED;
+    }
+    update_job job = {.unit = unit, .mesh = mesh};
+    atomic_init(&job.torn, false);
+    clast_parallel_for(base->context, base->item_count, CLUSTER_GRAIN, check_range, &job);
+    if (atomic_load(&job.torn)) {
+        return CLAST_ERROR_UNSUPPORTED;
+    }
+    clast_parallel_for(base->context, base->item_count, CLUSTER_GRAIN, write_range, &job);
+    clast_status status = bound_positions(unit);
+    if (status == CLAST_OK) {
+        base->version++;
+        base->geometry_version = geometry->version;
+    }
+    return status;
+}
+
+// ------------------------------------------------------------------------------------------------------------ frame
+
+static clast_box bounds(const clast_unit *unit, const clast_pose *pose)
+{
+    (void)pose;
+    return clusters_of(unit)->box;
+}
+
+static clast_change changed(const clast_unit *unit, const clast_pose *before, const clast_source_view *view_before,
+                            const clast_pose *now, const clast_source_view *view_now)
+{
+    (void)unit;
+    (void)view_before;
+    (void)view_now;
+    return before->version == now->version ? CLAST_CHANGE_NOTHING : CLAST_CHANGE_VERTICES;
+}
+
+static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST])
+{
+    const clusters_unit *unit = clusters_of(base);
+    arrays[0] = (clast_source_array){"clusters", unit->clusters, base->item_count * sizeof *unit->clusters, 0};
+    arrays[1] = (clast_source_array){"triangles", unit->triangles, unit->triangle_count * sizeof *unit->triangles, 0};
+    arrays[2] = (clast_source_array){"positions", unit->positions, unit->position_count * sizeof *unit->positions, base->version};
+    return 3;
+}
+
+static clast_source_count count(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item)
+{
+    (void)pose;
+    (void)view;
+    return (clast_source_count){1, clusters_of(unit)->clusters[item].triangle_count, 0};
+}
+
+static void emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item, uint32_t first_vertex,
+                 clast_cluster_record *records)
+{
+    (void)pose;
+    (void)view;
+    records[0] = (clast_cluster_record){
+        .unit = unit->number,
+        .template_index = clusters_of(unit)->clusters[item].template_index,
+        .first_vertex = first_vertex,
+        .item = item,
+        .form_and_flags = FORM_WHOLE,
+    };
+}
+
+static const packed3 *resident(const clast_unit *unit, const clast_cluster_record *record)
+{
+    return clusters_of(unit)->positions + clusters_of(unit)->clusters[record->item].first_vertex;
+}
+
+static void fill(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record, packed3 *positions)
+{
+    (void)pose;
+    memcpy(positions, resident(unit, record), clusters_of(unit)->clusters[record->item].vertex_count * sizeof *positions);
+}
+
+static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record, uint32_t triangle,
+                                  vec2 barycentrics)
+{
+    (void)pose;
+    const clusters_unit *clusters = clusters_of(unit);
+    return (clast_surface_point){
+        clusters->triangles[clusters->clusters[record->item].first_triangle + triangle],
+        store2(barycentrics),
+    };
+}
+
+// -------------------------------------------------------------------------------------------------------- attributes
+
+typedef struct triangle_corners {
+    const uint32_t *vertices;
+    vec3 weights;
+} triangle_corners;
+
+static vec3 blend3(const float *values, triangle_corners at, size_t stride)
+{
+    vec3 sum = splat3(0.0f);
+    for (uint32_t k = 0; k < 3; k++) {
+        const float *value = values + stride * at.vertices[k];
+        sum += vec3(value[0], value[1], value[2]) * at.weights[k];
+    }
+    return sum;
+}
+
+static vec2 blend2(const float *values, triangle_corners at)
+{
+    vec2 sum = splat2(0.0f);
+    for (uint32_t k = 0; k < 3; k++) {
+        const float *value = values + 2 * (size_t)at.vertices[k];
+        sum += vec2(value[0], value[1]) * at.weights[k];
+    }
+    return sum;
+}
+
+static vec4 blend4(const float *values, triangle_corners at)
+{
+    vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    for (uint32_t k = 0; k < 3; k++) {
+        const float *value = values + 4 * (size_t)at.vertices[k];
+        sum += vec4(value[0], value[1], value[2], value[3]) * at.weights[k];
+    }
+    return sum;
+}
+
+// Two edges of a triangle, scaled by a power of two so that their products neither overflow nor vanish.
+typedef struct scaled_edges {
+    vec3 first, second;
+    float scale; // what they were multiplied by; 0 where there is no triangle to speak of
+} scaled_edges;
+
+static scaled_edges edges_of(const clast_mesh *mesh, const uint32_t *vertices)
+{
+    vec3 origin = load3(mesh_position(mesh, vertices[0]));
+    vec3 first = load3(mesh_position(mesh, vertices[1])) - origin;
+    vec3 second = load3(mesh_position(mesh, vertices[2])) - origin;
+    float largest = 0.0f;
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        largest = max1(largest, max1(abs1(first[axis]), abs1(second[axis])));
+    }
+    if (!(largest > 0.0f) || !is_finite1(largest)) {
+        return (scaled_edges){splat3(0.0f), splat3(0.0f), 0.0f};
+    }
+    int exponent = 0;
+    frexpf(largest, &exponent);
+    exponent = exponent < -120 ? -120 : exponent; // 2^120 is the most that is needed to stay clear of denormals
+    float scale = ldexpf(1.0f, -exponent);
+    return (scaled_edges){first * scale, second * scale, scale};
+}
+
+// Texture space of a triangle: edges of the first coordinates.
+typedef struct texture_edges {
+    vec2 first, second;
+    float determinant;
+} texture_edges;
+
+static texture_edges texture_edges_of(const clast_mesh *mesh, const uint32_t *vertices)
+{
+    const float *coordinates = mesh->coordinates[0];
+    if (coordinates == NULL) {
+        return (texture_edges){splat2(0.0f), splat2(0.0f), 0.0f};
+    }
+    const float *a = coordinates + 2 * (size_t)vertices[0];
+    const float *b = coordinates + 2 * (size_t)vertices[1];
+    const float *c = coordinates + 2 * (size_t)vertices[2];
+    vec2 first = vec2(b[0] - a[0], b[1] - a[1]);
+    vec2 second = vec2(c[0] - a[0], c[1] - a[1]);
+    return (texture_edges){first, second, first[0] * second[1] - first[1] * second[0]};
+}
+
+static float texels_per_length(scaled_edges edges, texture_edges texture, vec3 normal)
+{
+    float area = length3(normal); // of the scaled triangle
+    float ratio = sqrtf(abs1(texture.determinant) / area) * edges.scale;
+    return area > 0.0f && is_finite1(ratio) ? ratio : 0.0f;
+}
+
+// The way in which the first texture coordinate grows, for meshes that bring no tangents. The sign follows glTF: the
+// bitangent points to where the second coordinate falls.
+static void tangent_of_texture(clast_source_surface *surface, scaled_edges edges, texture_edges texture)
+{
+    float sign = texture.determinant > 0.0f ? 1.0f : -1.0f;
+    vec3 tangent = (edges.first * texture.second[1] - edges.second * texture.first[1]) * sign;
+    bool sound = texture.determinant != 0.0f && is_finite3(tangent);
+    surface->tangent = sound ? tangent : splat3(0.0f);
+    surface->bitangent_sign = -sign;
+}
+
+static void set_frame(clast_source_surface *surface, const clast_mesh *mesh, triangle_corners at)
+{
+    scaled_edges edges = edges_of(mesh, at.vertices);
+    texture_edges texture = texture_edges_of(mesh, at.vertices);
+    surface->geometric_normal = cross3(edges.first, edges.second);
+    surface->texels_per_length = texels_per_length(edges, texture, surface->geometric_normal);
+    surface->normal = surface->geometric_normal;
+    if (mesh->normals != NULL) {
+        vec3 normal = blend3(mesh->normals, at, 3);
+        float square = dot3(normal, normal); // zero where opposite normals meet
+        surface->normal = square > 1e-12f && is_finite1(square) ? normal : surface->geometric_normal;
+    }
+    tangent_of_texture(surface, edges, texture);
+    if (mesh->tangents != NULL) {
+        vec3 tangent = blend3(mesh->tangents, at, 4);
+        if (is_finite3(tangent) && dot3(tangent, tangent) > 1e-12f) {
+            surface->tangent = tangent;
+            surface->bitangent_sign = mesh->tangents[4 * (size_t)at.vertices[0] + 3] < 0.0f ? -1.0f : 1.0f;
+        }
+    }
+}
+
+static clast_source_surface evaluate(const clast_unit *unit, const clast_pose *pose, clast_surface_point point)
+{
+    (void)pose;
+    const clast_mesh *mesh = &unit->geometry->of.mesh;
+    vec2 weights = load2(point.coordinates);
+    triangle_corners at = {
+        mesh->indices + 3 * (size_t)point.primitive,
+        vec3(1.0f - weights[0] - weights[1], weights[0], weights[1]),
+    };
+    clast_source_surface surface = {
+        .position = blend3(mesh->positions, at, 3),
+        .colour = mesh->colours != NULL ? blend4(mesh->colours, at) : vec4(1.0f, 1.0f, 1.0f, 1.0f),
+        .material = mesh_material(mesh, point.primitive),
+    };
+    for (uint32_t set = 0; set < 2; set++) {
+        surface.coordinates[set] = mesh->coordinates[set] != NULL ? blend2(mesh->coordinates[set], at) : splat2(0.0f);
+    }
+    set_frame(&surface, mesh, at);
+    return surface;
+}
+
+static uint32_t primitive_count(const clast_unit *unit)
+{
+    return unit->geometry->of.mesh.triangle_count;
+}
+
+static uint32_t primitive_material(const clast_unit *unit, uint32_t primitive)
+{
+    return mesh_material(&unit->geometry->of.mesh, primitive);
+}
+
+static void primitive_corners(const clast_unit *unit, const clast_pose *pose, uint32_t primitive, vec3 corners[3])
+{
+    (void)pose;
+    const clast_mesh *mesh = &unit->geometry->of.mesh;
+    for (uint32_t k = 0; k < 3; k++) {
+        corners[k] = load3(mesh_position(mesh, mesh->indices[3 * (size_t)primitive + k]));
+    }
+}
+
+const clast_source CLAST_SOURCE_CLUSTERS_TABLE = {
+    .name = "clusters",
+    .work = work,
+    .cook = cook,
+    .destroy = destroy,
+    .update = update,
+    .bounds = bounds,
+    .changed = changed,
+    .arrays = arrays,
+    .count = count,
+    .emit = emit,
+    .fill = fill,
+    .resident = resident,
+    .locate = locate,
+    .evaluate = evaluate,
+    .primitive_count = primitive_count,
+    .primitive_material = primitive_material,
+    .primitive_corners = primitive_corners,
+};
