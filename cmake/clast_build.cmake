@@ -20,6 +20,7 @@ endif()
 set(CMAKE_C_FLAGS_RELEASE "-O3 -DNDEBUG")
 
 set(CLAST_FOLDERS "" CACHE INTERNAL "")
+set(CLAST_KERNELS "" CACHE INTERNAL "") # their kernels: the objects of a static library leave out those of others within
 
 # The instruction sets of kernel files: name and compiler options. Others than x86 have the plain one only.
 set(CLAST_KERNEL_SETS plain)
@@ -52,7 +53,6 @@ function(clast_folder name)
     foreach(used ${folder_USES})
         target_link_libraries(clast_${name} PUBLIC clast_${used})
     endforeach()
-    set(objects $<TARGET_OBJECTS:clast_${name}>)
     if(kernels)
         foreach(set ${CLAST_KERNEL_SETS})
             add_library(clast_${name}_${set} OBJECT ${kernels})
@@ -61,16 +61,22 @@ function(clast_folder name)
             target_compile_definitions(clast_${name}_${set} PRIVATE CLAST_KERNEL_SUFFIX=${set})
             target_link_libraries(clast_${name}_${set} PRIVATE clast_flags)
             target_sources(clast_${name} PRIVATE $<TARGET_OBJECTS:clast_${name}_${set}>)
+            set(CLAST_KERNELS ${CLAST_KERNELS} clast_${name}_${set} CACHE INTERNAL "")
         endforeach()
     endif()
     set(CLAST_FOLDERS ${CLAST_FOLDERS} clast_${name} CACHE INTERNAL "")
 endfunction()
 
+# Before 1.0 every minor version may break the binary interface; from then on only a major one may.
+set(CLAST_SOVERSION ${PROJECT_VERSION_MAJOR})
+if(PROJECT_VERSION_MAJOR EQUAL 0)
+    set(CLAST_SOVERSION 0.${PROJECT_VERSION_MINOR})
+endif()
+
 # The library, static and shared, from all folders.
 function(clast_libraries)
     set(objects "")
-    set(links "")
-    foreach(folder ${CLAST_FOLDERS})
+    foreach(folder ${CLAST_FOLDERS} ${CLAST_KERNELS})
         list(APPEND objects $<TARGET_OBJECTS:${folder}>)
     endforeach()
     foreach(kind STATIC SHARED)
@@ -82,7 +88,8 @@ function(clast_libraries)
         target_link_libraries(clast_library_${suffix} PRIVATE $<BUILD_INTERFACE:clast_flags> Threads::Threads m
             PkgConfig::jansson PkgConfig::png PkgConfig::turbojpeg PkgConfig::openexr)
         set_target_properties(clast_library_${suffix} PROPERTIES OUTPUT_NAME clast EXPORT_NAME ${suffix} LINKER_LANGUAGE C
-            VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+            VERSION ${PROJECT_VERSION} SOVERSION ${CLAST_SOVERSION})
+        target_link_options(clast_library_${suffix} PRIVATE -Wl,--as-needed)
     endforeach()
 endfunction()
 
