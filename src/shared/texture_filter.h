@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which texels of a picture make a texture's value, and with what weights. Texels are fetched by number and blended here,
+// so that every machine filters alike.
+#ifndef CLAST_SHARED_TEXTURE_FILTER_H
+#define CLAST_SHARED_TEXTURE_FILTER_H
+
+#include "shared/enums.h"
+#include "shared/records.h"
+
+// A texel along one axis, its neighbour, and the neighbour's weight.
+RECORD(clast_texel_pair)
+{
+    uint first;
+    uint second;
+    float weight; // of the second; 0 where only the first counts
+};
+RECORD_SIZE(clast_texel_pair, 12)
+
+// A coordinate brought to [0, 1]. What is not finite becomes 0.
+FN float wrap_coordinate(float coordinate, uint wrap)
+{
+    float whole = floor1(coordinate);
+    float part = coordinate - whole;
+    float half_turn = coordinate - 2.0f * floor1(coordinate * 0.5f); // [0, 2)
+    float mirrored = half_turn > 1.0f ? 2.0f - half_turn : half_turn;
+    float wrapped = wrap == CLAST_WRAP_REPEAT ? part : wrap == CLAST_WRAP_MIRROR ? mirrored : coordinate;
+    return clamp1(wrapped, 0.0f, 1.0f);
+}
+
+FN uint nearest_texel(float coordinate, uint wrap, uint size)
+{
+    float place = wrap_coordinate(coordinate, wrap) * to_float(size);
+    return min_uint(to_uint(place), size - 1u);
+}
+
+// Texel centres lie at (i + 0.5) / size.
+FN clast_texel_pair linear_texels(float coordinate, uint wrap, uint size)
+{
+    float place = wrap_coordinate(coordinate, wrap) * to_float(size) + 0.5f; // one more than the texel's own
+    float whole = floor1(place);
+    uint above = to_uint(whole); // 0 to size
+    clast_texel_pair texels;
+    bool repeats = wrap == CLAST_WRAP_REPEAT;
+    texels.first = above == 0u ? (repeats ? size - 1u : 0u) : above - 1u;
+    texels.second = above >= size ? (repeats ? 0u : size - 1u) : above;
+    texels.weight = place - whole;
+    return texels;
+}
+
+// KHR_texture_transform: scaled, then turned counter-clockwise as seen (coordinates grow downwards), then moved.
+FN vec2 transform_coordinates(clast_texture_use use, vec2 coordinates)
+{
+    vec2 scaled = coordinates * load2(use.scale);
+    vec2 turned = scaled;
+    if (use.rotation != 0.0f) {
+        float cosine = rough_cos(use.rotation);
+        float sine = rough_sin(use.rotation);
+        turned = vec2(cosine * scaled[0] + sine * scaled[1], cosine * scaled[1] - sine * scaled[0]);
+    }
+    return turned + load2(use.offset);
+}
+
+// IEC 61966-2-1. Both ways exact to rounding; 0 and 1 stay what they are.
+FN float srgb_to_linear(float c)
+{
+    return c <= 0.04045f ? rough_divide(c, 12.92f) : rough_pow(rough_divide(c + 0.055f, 1.055f), 2.4f);
+}
+
+FN float linear_to_srgb(float c)
+{
+    return c <= 0.0031308f ? c * 12.92f : 1.055f * rough_pow(c, 0.416666667f) - 0.055f;
+}
+
+#endif

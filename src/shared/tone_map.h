@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// From radiance to what a display shows.
+#ifndef CLAST_SHARED_TONE_MAP_H
+#define CLAST_SHARED_TONE_MAP_H
+
+#include "shared/enums.h"
+#include "shared/texture_filter.h"
+
+FN float aces_curve(float x) { return rough_divide(x * (x + 0.0245786f) - 0.000090537f, x * (0.983729f * x + 0.4329510f) + 0.238081f); }
+
+// The Academy's reference rendering and output transform for an sRGB display, as Stephen Hill fitted it: into its primaries,
+// a curve for each, back. The gain before it leaves a mid grey of 0.18 as bright as it was.
+FN vec3 tone_map_aces(vec3 colour)
+{
+    vec3 c = colour * 1.6666667f;
+    float r = aces_curve(0.59719f * c[0] + 0.35458f * c[1] + 0.04823f * c[2]);
+    float g = aces_curve(0.07600f * c[0] + 0.90834f * c[1] + 0.01566f * c[2]);
+    float b = aces_curve(0.02840f * c[0] + 0.13383f * c[1] + 0.83777f * c[2]);
+    return vec3(1.60475f * r - 0.53108f * g - 0.07367f * b, -0.10208f * r + 1.10813f * g - 0.00605f * b,
+                -0.00327f * r - 0.07276f * g + 1.07602f * b);
+}
+
+// Display values in [0, 1], sRGB encoded. `gain` is two to the power of the exposure.
+FN vec3 tone_map(vec3 radiance, float gain, uint curve)
+{
+    // Beyond 1e6 all curves are flat; their squares would not be finite.
+    vec3 c = vec3(clamp1(radiance[0] * gain, 0.0f, 1e6f), clamp1(radiance[1] * gain, 0.0f, 1e6f), clamp1(radiance[2] * gain, 0.0f, 1e6f));
+    c = curve == CLAST_TONE_MAP_ACES ? tone_map_aces(c) : c;
+    return vec3(linear_to_srgb(clamp1(c[0], 0.0f, 1.0f)), linear_to_srgb(clamp1(c[1], 0.0f, 1.0f)), linear_to_srgb(clamp1(c[2], 0.0f, 1.0f)));
+}
+
+// Hue, saturation, value, each 0 to 1.
+FN vec3 hsv_to_rgb(vec3 hsv)
+{
+    float h = 6.0f * (hsv[0] - floor1(hsv[0]));
+    vec3 full = vec3(clamp1(abs1(h - 3.0f) - 1.0f, 0.0f, 1.0f), clamp1(2.0f - abs1(h - 2.0f), 0.0f, 1.0f), clamp1(2.0f - abs1(h - 4.0f), 0.0f, 1.0f));
+    return mix3(splat3(1.0f), full, hsv[1]) * hsv[2];
+}
+
+// Dark blue, blue, cyan, green, yellow, red, dark red: brightest in the middle, so that steps stay apart at both ends.
+FN vec3 heat_colour(float x)
+{
+    float t = clamp1(x, 0.0f, 1.0f);
+    float low = min1(t * 4.0f, 1.0f);
+    float high = min1((1.0f - t) * 4.0f, 1.0f);
+    vec3 hue = hsv_to_rgb(vec3(0.68f * (1.0f - t), 0.9f, 1.0f));
+    return hue * (0.35f + 0.65f * min1(low, high));
+}
+
+#endif
