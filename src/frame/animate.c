@@ -49,7 +49,7 @@ static bool invert(const clast_transform *t, clast_transform *inverse)
     double m[3][4];
     for (uint32_t row = 0; row < 3; row++) {
         for (uint32_t column = 0; column < 4; column++) {
-            m[row][column] = t->rows[row].v[column];
+            m[row][column] = (double)t->rows[row].v[column];
         }
     }
     double c[3][3]; // cofactors
@@ -83,6 +83,7 @@ static clast_status place_instances(clast_frame *frame)
 {
     const clast_scene *scene = frame->scene;
     frame->instance_count = 0;
+    frame->frame_instance_of_count = scene->instance_count;
     for (size_t i = 0; i < scene->instance_count; i++) {
         const clast_instance *from = &scene->instances[i];
         frame->frame_instance_of[i] = CLAST_NONE;

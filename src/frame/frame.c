@@ -84,6 +84,7 @@ static void forget(clast_frame *frame)
 {
     clast_tlas_build(frame->tlas, NULL, 0);
     frame->instance_count = 0;
+    frame->frame_instance_of_count = 0;
     frame->emitter_count = 0;
     for (size_t i = 0; i < frame->unit_count; i++) {
         frame->units[i].made = false;

@@ -74,6 +74,7 @@ typedef struct clast_frame {
     clast_frame_instance *instances;
     size_t instance_count, instance_capacity;
     uint32_t *frame_instance_of; // by scene instance; CLAST_NONE where it is not in the frame
+    size_t frame_instance_of_count; // the scene's instances when the frame was made
     size_t frame_instance_capacity;
     clast_tlas *tlas;        // hits name the scene's instance
     clast_emitter *emitters; // in order of instance, then primitive

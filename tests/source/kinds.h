@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// One unit of each kind of source, for tests that every kind must pass. A new kind adds a line to kind_cases.
+#ifndef CLAST_TESTS_SOURCE_KINDS_H
+#define CLAST_TESTS_SOURCE_KINDS_H
+
+#include "shapes.h"
+
+#include "source/source.h"
+
+typedef struct kind_case {
+    uint32_t (*add)(clast_context *context, clast_scene *scene);
+    float chord; // how far a triangle may be from the surface that it stands for, at the finest rate
+} kind_case;
+
+static inline uint32_t kind_add_clusters(clast_context *context, clast_scene *scene)
+{
+    return shape_add_sphere(context, scene, 40, 21);
+}
+
+static inline uint32_t kind_add_wave(clast_context *context, clast_scene *scene)
+{
+    return shape_add_wave(context, scene, 3);
+}
+
+static const kind_case kind_cases[] = {
+    [CLAST_SOURCE_CLUSTERS] = {kind_add_clusters, 1e-5f},
+    [CLAST_SOURCE_WAVE] = {kind_add_wave, 0.05f},
+};
+
+typedef struct kind_world {
+    clast_context *context;
+    clast_scene *scene;
+    clast_template_set *templates;
+    clast_unit *unit;
+    const clast_source *source;
+} kind_world;
+
+static inline kind_world kind_open(clast_context *context, clast_source_kind kind)
+{
+    kind_world world = {.context = context};
+    assert_ok(context, clast_scene_create(context, &world.scene));
+    assert_ok(context, clast_template_set_create(context, &world.templates));
+    uint32_t geometry = kind_cases[kind].add(context, world.scene);
+    world.source = clast_sources[kind];
+    assert_ok(context, world.source->cook(context, &world.scene->geometries[geometry], world.templates, &world.unit));
+    return world;
+}
+
+static inline void kind_close(kind_world *world)
+{
+    world->source->destroy(world->unit);
+    clast_template_set_destroy(world->templates);
+    clast_scene_destroy(world->scene);
+}
+
+// Runs a test's body once for each kind.
+static inline void for_each_kind(void **state, void (*body)(kind_world *world))
+{
+    for (uint32_t kind = 0; kind < clast_source_kind_count; kind++) {
+        kind_world world = kind_open(*state, (clast_source_kind)kind);
+        body(&world);
+        kind_close(&world);
+    }
+}
+
+static const clast_source_view kind_views[] = {
+    {{{0.0f, 3.0f, 8.0f}}, 900.0f, 1.0f, 0},   {{{0.0f, 3.0f, 8.0f}}, 900.0f, 0.125f, 0},
+    {{{0.0f, 0.0f, 0.0f}}, 900.0f, 1.0f, 0},   {{{500.0f, 30.0f, 0.0f}}, 900.0f, 1.0f, 0},
+    {{{0.0f, 30.0f, 0.0f}}, 200.0f, 1.0f, 1},  {{{0.0f, 3.0f, 8.0f}}, 900.0f, CLAST_RATE_LEAST, 0},
+};
+enum { KIND_VIEWS = sizeof kind_views / sizeof kind_views[0] };
+
+static const clast_pose kind_poses[] = {{.time = 0.0}, {.time = 0.7}, {.time = 12345.678}};
+enum { KIND_POSES = sizeof kind_poses / sizeof kind_poses[0] };
+
+// All records and vertices of a unit, as a frame makes them, on one thread.
+typedef struct kind_emission {
+    clast_cluster_record *records;
+    packed3 *vertices;
+    uint32_t *firsts; // by item: its first record
+    size_t record_count, vertex_count;
+} kind_emission;
+
+static inline kind_emission kind_emit(const kind_world *world, const clast_pose *pose, const clast_source_view *view)
+{
+    kind_emission all = {.firsts = malloc((world->unit->item_count + 1) * sizeof *all.firsts)};
+    for (uint32_t item = 0; item < world->unit->item_count; item++) {
+        clast_source_count count = world->source->count(world->unit, pose, view, item);
+        all.record_count += count.clusters;
+        all.vertex_count += count.vertices;
+    }
+    all.records = calloc(all.record_count + 1, sizeof *all.records);
+    all.vertices = calloc(all.vertex_count + 1, sizeof *all.vertices);
+    size_t record = 0, vertex = 0;
+    for (uint32_t item = 0; item < world->unit->item_count; item++) {
+        clast_source_count count = world->source->count(world->unit, pose, view, item);
+        all.firsts[item] = (uint32_t)record;
+        world->source->emit(world->unit, pose, view, item, (uint32_t)vertex, all.records + record);
+        record += count.clusters;
+        vertex += count.vertices;
+    }
+    for (size_t i = 0; i < all.record_count; i++) {
+        if (world->source->resident(world->unit, &all.records[i]) == NULL) {
+            world->source->fill(world->unit, pose, &all.records[i], all.vertices + all.records[i].first_vertex);
+        }
+    }
+    return all;
+}
+
+static inline void kind_emission_free(kind_emission *all)
+{
+    free(all->records);
+    free(all->vertices);
+    free(all->firsts);
+}
+
+static inline const packed3 *kind_vertices(const kind_world *world, const kind_emission *all, size_t record)
+{
+    const packed3 *resident = world->source->resident(world->unit, &all->records[record]);
+    return resident != NULL ? resident : all->vertices + all->records[record].first_vertex;
+}
+
+#endif
