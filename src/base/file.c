@@ -266,6 +266,12 @@ void clast_path_extension(const char *path, char *extension, size_t size)
     extension[length] = '\0';
 }
 
+bool clast_path_is_folder(const char *path)
+{
+    struct stat information;
+    return stat(path, &information) == 0 && S_ISDIR(information.st_mode);
+}
+
 clast_status clast_make_folder(clast_context *context, const char *path)
 {
     char *partial = clast_copy_text(context, path);

@@ -28,6 +28,8 @@ void clast_file_discard(clast_file_output *output);
 char *clast_path_beside(clast_context *context, const char *base, const char *relative);
 // What follows the last dot of the last component, in lower case, into `extension` (size bytes); empty where none.
 void clast_path_extension(const char *path, char *extension, size_t size);
+// Whether the machine has a folder of that name.
+bool clast_path_is_folder(const char *path);
 // The machine's own files.
 extern const clast_file_hook clast_machine_files;
 // Makes a folder, and those above it, where they are missing.

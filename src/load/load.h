@@ -17,6 +17,8 @@ clast_status clast_load_scene_file(clast_scene *scene, const char *path, clast_f
 
 // Reads any of these into an existing scene (a scene file's models come this way); told by contents, then by name.
 clast_status clast_load_into(clast_scene *scene, const char *path);
+// The same for a model that a scene file names: refuses scene files, so that none can name itself.
+clast_status clast_load_model(clast_scene *scene, const char *path);
 
 // Decodes an image in memory: PNG, JPEG, Radiance HDR, EXR, PFM, told by the contents. `name` is for errors. The pixels are a block of
 // clast_allocate.

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which format a file has: by its contents, then by its name.
+#include "load/load.h"
+
+// ------------------------------------------------------------------------------------------------------ kinds of JSON
+
+// Moves over the string that begins at `at`, and gives what follows it.
+static const char *skip_string(const char *at, const char *end)
+{
+    for (at++; at < end && *at != '"'; at++) {
+        at += *at == '\\' && at + 1 < end;
+    }
+    return at < end ? at + 1 : end;
+}
+
+// Whether the outermost object of a JSON text has a member of that name. The text need not be sound: its loader says
+// so.
+static bool has_member(clast_bytes bytes, const char *name)
+{
+    const char *at = (const char *)bytes.data;
+    const char *end = at + bytes.size;
+    size_t length = strlen(name);
+    int64_t depth = 0;
+    while (at < end) {
+        if (*at != '"') {
+            depth += *at == '{' || *at == '[';
+            depth -= *at == '}' || *at == ']';
+            at++;
+            continue;
+        }
+        const char *begin = at + 1;
+        at = skip_string(at, end);
+        bool is_name = depth == 1 && (size_t)(at - begin) == length + 1 && memcmp(begin, name, length) == 0;
+        while (is_name && at < end && (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r')) {
+            at++;
+        }
+        if (is_name && at < end && *at == ':') {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool is_json(clast_bytes bytes)
+{
+    uint64_t i = clast_bytes_begin_with(bytes, "\xef\xbb\xbf") ? 3 : 0;
+    while (i < bytes.size &&
+           (bytes.data[i] == ' ' || bytes.data[i] == '\t' || bytes.data[i] == '\n' || bytes.data[i] == '\r')) {
+        i++;
+    }
+    return i < bytes.size && bytes.data[i] == '{';
+}
+
+// --------------------------------------------------------------------------------------------------------- the kinds
+
+typedef clast_status loader(clast_scene *scene, const char *path, clast_file_view *file);
+
+static loader *loader_of_contents(clast_bytes bytes)
+{
+    if (clast_bytes_begin_with(bytes, "glTF")) {
+        return clast_load_gltf;
+    }
+    if (clast_bytes_begin_with(bytes, "ply\n") || clast_bytes_begin_with(bytes, "ply\r")) {
+        return clast_load_ply;
+    }
+    if (is_json(bytes)) {
+        return has_member(bytes, "clast") ? clast_load_scene_file : has_member(bytes, "asset") ? clast_load_gltf : NULL;
+    }
+    return NULL;
+}
+
+static loader *loader_of_name(const char *path)
+{
+    static const struct {
+        const char *extension;
+        loader *load;
+    } kinds[] = {
+        {"gltf", clast_load_gltf}, {"glb", clast_load_gltf},        {"obj", clast_load_obj},
+        {"ply", clast_load_ply},   {"json", clast_load_scene_file},
+    };
+    char extension[8];
+    clast_path_extension(path, extension, sizeof extension);
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        if (strcmp(kinds[i].extension, extension) == 0) {
+            return kinds[i].load;
+        }
+    }
+    return NULL;
+}
+
+static clast_status load_file(clast_scene *scene, const char *path, clast_file_view *file, bool within_scene_file)
+{
+    if (file->size == 0) {
+        return clast_fail(scene->context, CLAST_ERROR_MALFORMED, "%s: the file is empty", path);
+    }
+    loader *load = loader_of_contents((clast_bytes){file->data, file->size});
+    load = load != NULL ? load : loader_of_name(path);
+    if (load == NULL) {
+        return clast_fail(scene->context, CLAST_ERROR_UNSUPPORTED,
+                          "%s: not a file that clast reads: expected .gltf, .glb, .obj, .ply or a scene .json", path);
+    }
+    if (load == clast_load_scene_file && within_scene_file) {
+        return clast_fail(scene->context, CLAST_ERROR_UNSUPPORTED,
+                          "%s: a scene file cannot be a model of another scene file", path);
+    }
+    return load(scene, path, file);
+}
+
+static clast_status load_path(clast_scene *scene, const char *path, bool within_scene_file)
+{
+    clast_file_view file;
+    clast_status status = clast_file_map(scene->context, path, &file);
+    if (status == CLAST_OK) {
+        status = load_file(scene, path, &file, within_scene_file);
+        clast_file_unmap(scene->context, &file);
+    } else if (status == CLAST_ERROR_FILE_READ && clast_path_is_folder(path)) {
+        clast_fail(scene->context, status, "%s: is a folder: expected a .gltf, .glb, .obj, .ply or a scene .json file",
+                   path);
+    }
+    return status;
+}
+
+clast_status clast_load_into(clast_scene *scene, const char *path)
+{
+    return load_path(scene, path, false);
+}
+
+clast_status clast_load_model(clast_scene *scene, const char *path)
+{
+    return load_path(scene, path, true);
+}
+
+clast_status clast_scene_load(clast_context *context, const char *path, clast_scene **scene)
+{
+    if (context == NULL || path == NULL || scene == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    *scene = NULL;
+    clast_scene *loaded;
+    clast_status status = clast_scene_create(context, &loaded);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    status = clast_load_into(loaded, path);
+    if (status != CLAST_OK) {
+        clast_scene_destroy(loaded);
+        return status;
+    }
+    *scene = loaded;
+    return CLAST_OK;
+}
