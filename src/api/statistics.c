@@ -64,16 +64,17 @@ void clast_collect_statistics(const clast_renderer *renderer, clast_render_stati
     statistics->scene_bytes = scene_bytes(renderer->scene);
     statistics->cook_bytes = renderer->cooked->bytes;
     statistics->template_bytes = clast_template_set_bytes(renderer->cooked->templates);
-    statistics->tlas_bytes = clast_tlas_bytes(frame->tlas);
+    clast_frame_bytes bytes = clast_frame_count_bytes(frame);
+    statistics->vertex_bytes = bytes.vertices;
+    statistics->clas_bytes = bytes.records + bytes.clas;
+    statistics->blas_bytes = bytes.blas;
+    statistics->tlas_bytes = bytes.tlas;
     for (size_t i = 0; i < frame->unit_count; i++) {
         const clast_frame_unit *unit = &frame->units[i];
         if (!unit->used) {
             continue;
         }
         statistics->units++;
-        statistics->clas_bytes += unit->clas != NULL ? clast_clas_pool_bytes(unit->clas) : 0;
-        statistics->blas_bytes += unit->blas != NULL ? clast_blas_bytes(unit->blas) : 0;
-        statistics->vertex_bytes += unit->vertex_count * sizeof *unit->vertices;
         fill += unit_fill(renderer->cooked->templates, unit);
         records += unit->record_count;
     }

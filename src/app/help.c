@@ -74,6 +74,15 @@ static void print_option(const clast_option *option)
     clast_print_wrapped(stdout, text, INDENT, INDENT, WIDTH);
 }
 
+static void print_views(void)
+{
+    printf("\nviews:\n");
+#define PRINT_VIEW(name, value, text, channels, is_float, help) \
+    printf("  %-10s", text); \
+    clast_print_wrapped(stdout, help, 12, 12, WIDTH);
+    CLAST_VIEW_LIST(PRINT_VIEW)
+}
+
 static void print_exits(void)
 {
     printf("\nexit codes:\n");
@@ -108,6 +117,9 @@ void clast_help_verb(clast_verb verb)
         if (option_is_for(&clast_options[i], verb)) {
             print_option(&clast_options[i]);
         }
+    }
+    if (verb == CLAST_VERB_RENDER) {
+        print_views();
     }
     print_exits();
 }

@@ -87,6 +87,10 @@ clast_exit clast_picture_plan(clast_session *session, clast_picture *picture)
         clast_print_error("%s: a file cannot be written there", picture->path);
         return CLAST_EXIT_FAILURE;
     }
+    if (command->json != NULL && strcmp(command->json, "-") != 0 && !clast_can_write(command->json)) {
+        clast_print_error("%s: a file cannot be written there", command->json);
+        return CLAST_EXIT_FAILURE;
+    }
     if (picture->format == CLAST_PICTURE_EXR && !command->given.view_) {
         for (uint32_t i = 0; i < CLAST_VIEW_COUNT_; i++) {
             picture->outputs[picture->output_count++].view = (clast_view)i;

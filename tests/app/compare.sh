@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+# compare: exit codes by bounds, figures that can be checked by hand, and JSON.
+. "$DATA/check.sh"
+
+# PFM, 2 x 1, one channel: values as little-endian floats.
+pfm() { printf 'Pf\n2 1\n-1.0\n%b%b' "$2" "$3" >"$1"; }
+zero='\000\000\000\000'
+half='\000\000\000\077'
+nan='\000\000\300\177'
+pfm a.pfm "$zero" "$half"
+pfm b.pfm "$zero" "$zero"
+pfm n.pfm "$zero" "$nan"
+printf 'Pf\n1 1\n-1.0\n%b' "$zero" >small.pfm
+
+works compare a.pfm a.pfm
+grep -q 'MSE 0, PSNR inf dB, maximum 0: the images agree' out.txt || wrong "equal images: $(cat out.txt)"
+differs() {
+    "$CLAST" compare "$@" >out.txt 2>err.txt
+    [ $? -eq 1 ] || wrong "compare $*: did not end with 1"
+    [ ! -s err.txt ] || wrong "compare $*: $(cat err.txt)"
+}
+differs a.pfm b.pfm
+grep -q 'MSE 0.125, PSNR 9.03 dB, maximum 0.5 at 1,0, 1 pixels differ: the images differ' out.txt || wrong "figures: $(cat out.txt)"
+works compare --max-difference 0.5 a.pfm b.pfm
+differs --max-difference 0.49 a.pfm b.pfm
+works compare --max-mse 0.125 a.pfm b.pfm
+differs --max-mse 0.124 a.pfm b.pfm
+differs --max-mse 0.2 --max-difference 0.1 a.pfm b.pfm
+differs --max-mse 1e30 --max-difference 1e30 a.pfm n.pfm
+
+"$CLAST" compare --json a.pfm b.pfm >out.txt
+[ $? -eq 1 ] || wrong "compare --json: did not end with 1"
+"$JSON_HAS" out.txt mse maximum differing_pixels agree >values.txt || wrong "JSON: $(cat out.txt)"
+[ "$(tr '\n' ' ' <values.txt)" = '0.125 0.5 1 false ' ] || wrong "JSON: $(cat values.txt)"
+
+fails 2 'missing.png' compare a.pfm missing.png
+fails 2 'expected equal sizes' compare a.pfm small.pfm
+fails 2 'compare.sh' compare a.pfm "$DATA/compare.sh"
+finish
