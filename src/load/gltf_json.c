@@ -269,8 +269,13 @@ uint32_t clast_gltf_value_index(clast_gltf *gltf, const clast_gltf_value *value,
         return CLAST_NONE;
     }
     if (!to_integer(value->json, &index) || index >= count || index >= CLAST_NONE) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.17g: expected an index of one of %llu %s", json_number_value(value->json),
-                        (unsigned long long)count, keys[list]);
+        double number = json_number_value(value->json);
+        if (count == 0) {
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.17g: the file has no %s", number, keys[list]);
+        } else {
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.17g: expected the index of one of the %llu %s", number,
+                            (unsigned long long)count, keys[list]);
+        }
         return CLAST_NONE;
     }
     return (uint32_t)index;
