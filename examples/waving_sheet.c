@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sheet of grids that waves, and a ball that floats on it: geometry that moves and adapts each frame, a ray that asks where
-// the surface is, an instance that follows, and a picture of each moment.
+// A sheet of grids that waves, and a ball that floats on it: geometry that moves and adapts each frame, a ray that
+// asks where the surface is, an instance that follows, and a picture of each moment.
 //
-//   waving_sheet [FRAMES [PREFIX]]     writes PREFIX0.png, PREFIX1.png, ... ("sheet" unless told) and a line for each
+//   waving_sheet [FRAMES [PREFIX]]     writes PREFIX0.png, PREFIX1.png, ... ("sheet" unless told), prints a line each
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "clast/clast.h"
 
-enum { WIDTH = 320, HEIGHT = 180, COLUMNS = 48, ROWS = 24, VERTICES = (COLUMNS + 1) * (ROWS + 1), TRIANGLES = COLUMNS * ROWS * 2 };
+enum {
+    WIDTH = 320,
+    HEIGHT = 180,
+    COLUMNS = 48,
+    ROWS = 24,
+    VERTICES = (COLUMNS + 1) * (ROWS + 1),
+    TRIANGLES = COLUMNS * ROWS * 2
+};
 
 static const float ball_radius = 0.6f;
 
@@ -20,7 +27,8 @@ typedef struct sea {
     uint32_t sheet, ball; // instances
 } sea;
 
-static clast_status add_material(clast_scene *scene, float red, float green, float blue, float roughness, uint32_t *number)
+static clast_status add_material(clast_scene *scene, float red, float green, float blue, float roughness,
+                                 uint32_t *number)
 {
     clast_material_desc material = clast_material_defaults();
     material.base_colour[0] = red;
@@ -37,7 +45,8 @@ static clast_status add_sheet(sea *s)
     if (status != CLAST_OK) {
         return status;
     }
-    clast_wave wave = {.size = 24.0f, .tiles = 24, .amplitude = 0.5f, .wavelength = 6.0f, .speed = 0.4f, .material = water};
+    clast_wave wave = {
+        .size = 24.0f, .tiles = 24, .amplitude = 0.5f, .wavelength = 6.0f, .speed = 0.4f, .material = water};
     status = clast_scene_add_wave(s->scene, &wave, "sheet", &geometry);
     return status == CLAST_OK ? clast_scene_add_instance(s->scene, geometry, NULL, "sheet", &s->sheet) : status;
 }
@@ -153,9 +162,11 @@ static clast_status render_moment(sea *s, uint32_t frame, const char *prefix)
         status = clast_image_write(s->context, path, &image);
     }
     if (status == CLAST_OK) {
-        printf("%s: time %.2f s, water at %+.3f m, %llu triangles in %llu clusters, fill %.2f ms, refit %.2f ms, trees %.2f ms\n", path,
-               settings.time, (double)height, (unsigned long long)statistics.triangles, (unsigned long long)statistics.clusters,
-               statistics.pass_milliseconds[CLAST_PASS_FILL], statistics.pass_milliseconds[CLAST_PASS_REFIT],
+        printf("%s: time %.2f s, water at %+.3f m, %llu triangles in %llu clusters, fill %.2f ms, refit %.2f ms, "
+               "trees %.2f ms\n",
+               path, settings.time, (double)height, (unsigned long long)statistics.triangles,
+               (unsigned long long)statistics.clusters, statistics.pass_milliseconds[CLAST_PASS_FILL],
+               statistics.pass_milliseconds[CLAST_PASS_REFIT],
                statistics.pass_milliseconds[CLAST_PASS_BLAS] + statistics.pass_milliseconds[CLAST_PASS_TLAS]);
     }
     return status;

@@ -87,14 +87,15 @@ static inline uint32_t shape_add_sphere(clast_context *context, clast_scene *sce
 
 static inline uint32_t shape_add_wave(clast_context *context, clast_scene *scene, uint32_t tiles)
 {
-    clast_wave wave = {.size = 10.0f, .tiles = tiles, .amplitude = 0.25f, .wavelength = 4.0f, .speed = 0.5f, .material = CLAST_NONE};
+    clast_wave wave = {
+        .size = 10.0f, .tiles = tiles, .amplitude = 0.25f, .wavelength = 4.0f, .speed = 0.5f, .material = CLAST_NONE};
     uint32_t geometry = CLAST_NONE;
     assert_ok(context, clast_scene_add_wave(scene, &wave, "wave", &geometry));
     return geometry;
 }
 
-static inline uint32_t shape_add_instance(clast_context *context, clast_scene *scene, uint32_t geometry, float x, float y, float z,
-                                          float scale)
+static inline uint32_t shape_add_instance(clast_context *context, clast_scene *scene, uint32_t geometry, float x,
+                                          float y, float z, float scale)
 {
     float transform[12] = {scale, 0, 0, x, 0, scale, 0, y, 0, 0, scale, z};
     uint32_t instance = CLAST_NONE;

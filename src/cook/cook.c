@@ -98,7 +98,8 @@ static clast_status bring_up_to_date(clast_cooked *cooked, const clast_geometry 
     if (unit->geometry_version == geometry->version) {
         return CLAST_OK;
     }
-    clast_status status = unit->kind == geometry->kind ? clast_source_of(unit)->update(unit, geometry) : CLAST_ERROR_UNSUPPORTED;
+    clast_status status = unit->kind == geometry->kind ? clast_source_of(unit)->update(unit, geometry)
+                                                       : CLAST_ERROR_UNSUPPORTED;
     return status == CLAST_ERROR_UNSUPPORTED ? cook_anew(cooked, geometry, number) : status;
 }
 

@@ -11,11 +11,12 @@ typedef struct clast_cooked {
     clast_template_set *templates;
     clast_unit **units;
     size_t unit_count, unit_capacity;
-    clast_geometry *geometries; // copies of the scene's records, which may move when the scene is edited; units point here
+    clast_geometry
+        *geometries; // copies of the scene's records, which may move when the scene is edited; units point here
     size_t geometry_capacity;
     clast_unit **retired; // replaced units: a frame made before may still point into them
     size_t retired_count, retired_capacity;
-    uint32_t serials;     // units ever cooked
+    uint32_t serials; // units ever cooked
     uint64_t bytes;
     double milliseconds; // of the last update
 } clast_cooked;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes animate and classify: what stands where at this moment, which of it the camera sees, and from where each unit is
-// adapted.
+// Passes animate and classify: what stands where at this moment, which of it the camera sees, and from where each
+// unit is adapted.
 #include <math.h>
 
 #include "frame/backend.h"
@@ -15,7 +15,8 @@ static clast_status make_room(clast_frame *frame)
         status = CLAST_RESERVE(frame->context, frame->instances, frame->instance_capacity, scene->instance_count);
     }
     if (status == CLAST_OK) {
-        status = CLAST_RESERVE(frame->context, frame->frame_instance_of, frame->frame_instance_capacity, scene->instance_count);
+        status = CLAST_RESERVE(frame->context, frame->frame_instance_of, frame->frame_instance_capacity,
+                               scene->instance_count);
     }
     while (status == CLAST_OK && frame->unit_count < frame->cooked->unit_count) {
         frame->units[frame->unit_count++] = (clast_frame_unit){0};
@@ -43,7 +44,8 @@ static void pose_units(clast_frame *frame)
     }
 }
 
-// In double precision: an object may be scaled by less than the cube root of the least float. False where there is no inverse.
+// In double precision: an object may be scaled by less than the cube root of the least float. False where there is no
+// inverse.
 static bool invert(const clast_transform *t, clast_transform *inverse)
 {
     double m[3][4];
@@ -91,10 +93,11 @@ static clast_status place_instances(clast_frame *frame)
             continue;
         }
         if (from->geometry >= frame->unit_count || frame->units[from->geometry].unit == NULL) {
-            return clast_fail(frame->context, CLAST_ERROR_STATE, "instance %zu shows geometry %u, which is not cooked", i,
-                              from->geometry);
+            return clast_fail(frame->context, CLAST_ERROR_STATE, "instance %zu shows geometry %u, which is not cooked",
+                              i, from->geometry);
         }
-        clast_frame_instance instance = {.scene_instance = (uint32_t)i, .unit = from->geometry, .to_world = from->to_world};
+        clast_frame_instance instance = {
+            .scene_instance = (uint32_t)i, .unit = from->geometry, .to_world = from->to_world};
         if (!invert(&instance.to_world, &instance.to_object)) {
             continue;
         }
@@ -142,8 +145,8 @@ static clast_box transform_box(const clast_transform *t, const clast_box *box)
     return result;
 }
 
-// Whether all of a box lies on the far side of the plane through `at` whose inner side `normal` points to. Rounding errors
-// go in favour of what may be seen.
+// Whether all of a box lies on the far side of the plane through `at` whose inner side `normal` points to. Rounding
+// errors go in favour of what may be seen.
 static bool beyond(const clast_box *box, vec3 at, vec3 normal)
 {
     vec3 centre = (load3(box->lower) + load3(box->upper)) * 0.5f - at;
@@ -207,8 +210,8 @@ static bool is_nearer(const nearness *a, const nearness *b)
     return a->scale_square * b->distance_square > b->scale_square * a->distance_square;
 }
 
-// The eye of a view, and pixels that a length of one covers at distance one from it. Parallel rays show everything at the
-// same size: as an eye does that is far away.
+// The eye of a view, and pixels that a length of one covers at distance one from it. Parallel rays show everything at
+// the same size: as an eye does that is far away.
 static vec3 eye_of(const clast_frame *frame, const clast_box *box, float *pixels)
 {
     const clast_camera *camera = &frame->settings.camera;

@@ -5,7 +5,8 @@
 
 #include "frame/frame.h"
 
-// Computes a pass from the frame's buffers into the frame's buffers. `target` is the render's, for the passes of render/.
+// Computes a pass from the frame's buffers into the frame's buffers. `target` is the render's, for the passes of
+// render/.
 typedef clast_status (*clast_pass_function)(clast_frame *frame, void *target);
 
 typedef struct clast_backend {

@@ -99,8 +99,9 @@ clast_status clast_cpu_refit(clast_frame *frame, void *target)
 
 // ------------------------------------------------------------------------------------------------------------- BLAS
 
-// Built anew where vertices moved, too: a tree that was only refitted would have the shape of an earlier moment, and what
-// is seen of it (the steps view, the time) would depend on what was rendered before. Over clusters, building is cheap.
+// Built anew where vertices moved, too: a tree that was only refitted would have the shape of an earlier moment, and
+// what is seen of it (the steps view, the time) would depend on what was rendered before. Over clusters, building is
+// cheap.
 static clast_status build_unit(clast_frame_unit *unit)
 {
     clast_status status = CLAST_OK;
@@ -136,7 +137,8 @@ clast_status clast_cpu_blas(clast_frame *frame, void *target)
 clast_status clast_cpu_tlas(clast_frame *frame, void *target)
 {
     (void)target;
-    clast_status status = CLAST_RESERVE(frame->context, frame->tlas_instances, frame->tlas_instance_capacity, frame->instance_count);
+    clast_status status = CLAST_RESERVE(frame->context, frame->tlas_instances, frame->tlas_instance_capacity,
+                                        frame->instance_count);
     if (status != CLAST_OK) {
         return status;
     }

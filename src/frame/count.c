@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes count, fit and emit: how much the frame needs, at which rate it fits, and the records themselves. Counts come
-// first and prefix sums decide places, so that nothing is ever dropped for want of room, and no place depends on timing.
+// Passes count, fit and emit: how much the frame needs, at which rate it fits, and the records themselves. Counts
+// come first and prefix sums decide places, so that nothing is ever dropped for want of room, and no place depends on
+// timing.
 #include <stdatomic.h>
 
 #include "base/size.h"
@@ -65,10 +66,11 @@ static clast_status run_count(clast_frame *frame, clast_frame_unit *unit, count_
     uint64_t triangles = atomic_load(&job->triangle_sum);
     uint64_t vertices = atomic_load(&job->vertex_sum);
     if (clusters > UINT32_MAX || triangles > UINT32_MAX || vertices > UINT32_MAX) {
-        return clast_fail(frame->context, CLAST_ERROR_LIMIT,
-                          "geometry %u needs %llu triangles in %llu clusters of %llu vertices, expected at most %u of each",
-                          unit->unit->number, (unsigned long long)triangles, (unsigned long long)clusters,
-                          (unsigned long long)vertices, UINT32_MAX);
+        return clast_fail(
+            frame->context, CLAST_ERROR_LIMIT,
+            "geometry %u needs %llu triangles in %llu clusters of %llu vertices, expected at most %u of each",
+            unit->unit->number, (unsigned long long)triangles, (unsigned long long)clusters,
+            (unsigned long long)vertices, UINT32_MAX);
     }
     *result = (clast_source_count){(uint32_t)clusters, (uint32_t)triangles, (uint32_t)vertices};
     return CLAST_OK;
@@ -91,7 +93,8 @@ static clast_change change_at(const clast_frame_unit *unit, float rate)
     return clast_source_of(unit->unit)->changed(unit->unit, &unit->made_pose, &unit->made_view, &unit->pose, &view);
 }
 
-// What the unit needs at a rate. Units whose records stay as they are need not be asked; others keep what each item needs.
+// What the unit needs at a rate. Units whose records stay as they are need not be asked; others keep what each item
+// needs.
 static clast_status count_unit(clast_frame *frame, clast_frame_unit *unit, float rate, clast_source_count *result)
 {
     if (change_at(unit, rate) != CLAST_CHANGE_TOPOLOGY) {
@@ -107,7 +110,10 @@ static clast_status count_unit(clast_frame *frame, clast_frame_unit *unit, float
     if (status != CLAST_OK) {
         return status;
     }
-    count_job job = {.unit = unit, .view = view_at(unit, rate), .clusters = unit->item_counts, .vertices = unit->item_counts + items};
+    count_job job = {.unit = unit,
+                     .view = view_at(unit, rate),
+                     .clusters = unit->item_counts,
+                     .vertices = unit->item_counts + items};
     status = run_count(frame, unit, &job, &unit->counted_sum);
     unit->counted = status == CLAST_OK;
     unit->counted_rate = rate;
@@ -213,8 +219,9 @@ clast_status clast_cpu_fit(clast_frame *frame, void *target)
     uint64_t budget = frame->settings.budget;
     uint32_t step = 0;
     if (budget != 0 && budget < frame->minimum_triangles) {
-        return clast_fail(frame->context, CLAST_ERROR_BUDGET, "a budget of %llu triangles is below the scene's minimum of %llu",
-                          (unsigned long long)budget, (unsigned long long)frame->minimum_triangles);
+        return clast_fail(frame->context, CLAST_ERROR_BUDGET,
+                          "a budget of %llu triangles is below the scene's minimum of %llu", (unsigned long long)budget,
+                          (unsigned long long)frame->minimum_triangles);
     }
     if (budget != 0 && frame->triangles > budget) {
         clast_status status = find_step(frame, &step);
@@ -225,7 +232,8 @@ clast_status clast_cpu_fit(clast_frame *frame, void *target)
     frame->fitted_rate = clast_frame_rate_step(step);
     frame->triangles = 0;
     for (size_t i = 0; i < frame->unit_count; i++) {
-        clast_status status = frame->units[i].used ? settle_unit(frame, &frame->units[i], rate_at(frame, step)) : CLAST_OK;
+        clast_status status = frame->units[i].used ? settle_unit(frame, &frame->units[i], rate_at(frame, step))
+                                                   : CLAST_OK;
         if (status != CLAST_OK) {
             return status;
         }
@@ -250,7 +258,8 @@ static void emit_range(void *data, size_t begin, size_t end, uint32_t worker)
     const clast_frame_unit *unit = job->unit;
     const clast_source *source = clast_source_of(unit->unit);
     for (size_t i = begin; i < end; i++) {
-        source->emit(unit->unit, &unit->pose, &unit->view, (uint32_t)i, job->first_vertices[i], unit->records + job->first_records[i]);
+        source->emit(unit->unit, &unit->pose, &unit->view, (uint32_t)i, job->first_vertices[i],
+                     unit->records + job->first_records[i]);
     }
     size_t last = end < unit->unit->item_count ? job->first_records[end] : unit->record_count;
     uint64_t vertices = 0;

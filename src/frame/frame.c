@@ -71,7 +71,8 @@ static const char *pass_name(clast_pass pass)
 static clast_status run_pass(clast_frame *frame, const clast_backend *backend, clast_pass pass, void *target)
 {
     if (backend->passes[pass] == NULL) {
-        return clast_fail(frame->context, CLAST_ERROR_UNSUPPORTED, "backend %s has no pass %s", backend->name, pass_name(pass));
+        return clast_fail(frame->context, CLAST_ERROR_UNSUPPORTED, "backend %s has no pass %s", backend->name,
+                          pass_name(pass));
     }
     double start = clast_clock();
     clast_status status = backend->passes[pass](frame, target);
@@ -79,7 +80,8 @@ static clast_status run_pass(clast_frame *frame, const clast_backend *backend, c
     return status;
 }
 
-// A failed pass may leave the tree pointing to what has moved since. An empty tree needs no memory, so this cannot fail.
+// A failed pass may leave the tree pointing to what has moved since. An empty tree needs no memory, so this cannot
+// fail.
 static void forget(clast_frame *frame)
 {
     clast_tlas_build(frame->tlas, NULL, 0);
@@ -91,7 +93,8 @@ static void forget(clast_frame *frame)
     }
 }
 
-clast_status clast_frame_run(clast_frame *frame, const clast_backend *backend, clast_pass first, clast_pass last, void *target)
+clast_status clast_frame_run(clast_frame *frame, const clast_backend *backend, clast_pass first, clast_pass last,
+                             void *target)
 {
     if (first == CLAST_PASS_ANIMATE) {
         for (uint32_t pass = 0; pass < CLAST_PASS_COUNT_; pass++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Once per frame: the buffers that passes read and write, and the list of passes in order. How a pass is computed is the
-// backend's (backend.h); what there is to compute is written here, once.
+// Once per frame: the buffers that passes read and write, and the list of passes in order. How a pass is computed is
+// the backend's (backend.h); what there is to compute is written here, once.
 #ifndef CLAST_FRAME_FRAME_H
 #define CLAST_FRAME_FRAME_H
 
@@ -9,28 +9,28 @@
 // A unit in this frame.
 typedef struct clast_frame_unit {
     const clast_unit *unit;
-    clast_source_view view;        // the nearest of its instances decides
+    clast_source_view view; // the nearest of its instances decides
     clast_pose pose;
-    bool used;                     // an instance shows it
-    bool filtered;                 // a material of it is not opaque
-    clast_box bounds;              // of the pose, in the unit's own space; lower > upper where there is nothing
-    clast_change change;           // what the passes must make anew
-    bool made;                     // view and pose below are those of what is there
-    uint32_t made_serial;          // the unit's, of what is known of it here
+    bool used;            // an instance shows it
+    bool filtered;        // a material of it is not opaque
+    clast_box bounds;     // of the pose, in the unit's own space; lower > upper where there is nothing
+    clast_change change;  // what the passes must make anew
+    bool made;            // view and pose below are those of what is there
+    uint32_t made_serial; // the unit's, of what is known of it here
     clast_pose made_pose;
     clast_source_view made_view;
-    clast_source_count sum;        // of all items
-    clast_source_count minimum;    // at CLAST_RATE_LEAST
+    clast_source_count sum;     // of all items
+    clast_source_count minimum; // at CLAST_RATE_LEAST
     bool minimum_known;
-    bool counted;                  // item_counts and counted_sum are for counted_rate in this frame's view
+    bool counted; // item_counts and counted_sum are for counted_rate in this frame's view
     float counted_rate;
     clast_source_count counted_sum;
-    uint64_t cluster_vertices;     // of all records, resident ones too
+    uint64_t cluster_vertices; // of all records, resident ones too
     clast_cluster_record *records;
     size_t record_count, record_capacity;
-    packed3 *vertices;             // of this frame; records with resident positions have none here
+    packed3 *vertices; // of this frame; records with resident positions have none here
     size_t vertex_count, vertex_capacity;
-    uint32_t *item_counts;         // scratch of count and emit: [clusters][vertices]
+    uint32_t *item_counts; // scratch of count and emit: [clusters][vertices]
     size_t item_capacity;
     clast_clas_pool *clas;
     clast_blas *blas;
@@ -42,7 +42,7 @@ typedef struct clast_frame_instance {
     clast_transform to_world;
     clast_transform to_object;
     clast_box bounds; // world space
-    bool hidden; // the camera cannot see it; rays still do
+    bool hidden;      // the camera cannot see it; rays still do
 } clast_frame_instance;
 
 // An emissive triangle in world space.
@@ -73,19 +73,19 @@ typedef struct clast_frame {
     size_t unit_count, unit_capacity;
     clast_frame_instance *instances;
     size_t instance_count, instance_capacity;
-    uint32_t *frame_instance_of; // by scene instance; CLAST_NONE where it is not in the frame
+    uint32_t *frame_instance_of;    // by scene instance; CLAST_NONE where it is not in the frame
     size_t frame_instance_of_count; // the scene's instances when the frame was made
     size_t frame_instance_capacity;
     clast_tlas *tlas;        // hits name the scene's instance
     clast_emitter *emitters; // in order of instance, then primitive
     size_t emitter_count, emitter_capacity;
-    float fitted_rate;       // 1, or the step of the ladder that the budget left
+    float fitted_rate; // 1, or the step of the ladder that the budget left
     uint64_t minimum_triangles;
     uint64_t triangles, clusters, vertices, instanced_triangles;
     double milliseconds[CLAST_PASS_COUNT_]; // of this frame; passes that run again and again add up
     clast_clas_input *clas_inputs;          // scratch
     size_t clas_input_capacity;
-    clast_tlas_instance *tlas_instances;    // scratch
+    clast_tlas_instance *tlas_instances; // scratch
     size_t tlas_instance_capacity;
 } clast_frame;
 
@@ -93,9 +93,10 @@ clast_status clast_frame_create(clast_scene *scene, clast_cooked *cooked, clast_
 void clast_frame_destroy(clast_frame *frame);
 
 struct clast_backend;
-// Runs passes first..last (clast_pass) in order on a backend and times each. `target` goes to the passes of render/. Where a
-// pass fails, what was made is made anew by the next run, and rays hit nothing until then.
-clast_status clast_frame_run(clast_frame *frame, const struct clast_backend *backend, clast_pass first, clast_pass last, void *target);
+// Runs passes first..last (clast_pass) in order on a backend and times each. `target` goes to the passes of render/.
+// Where a pass fails, what was made is made anew by the next run, and rays hit nothing until then.
+clast_status clast_frame_run(clast_frame *frame, const struct clast_backend *backend, clast_pass first, clast_pass last,
+                             void *target);
 
 // The ladder of rates: step k is 2^(-k / RATE_STEPS); CLAST_FRAME_LAST_RATE_STEP is CLAST_RATE_LEAST.
 enum { CLAST_FRAME_LAST_RATE_STEP = 20 * RATE_STEPS };

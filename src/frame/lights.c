@@ -29,8 +29,8 @@ typedef struct emitter_job {
     const clast_frame_unit *unit;
     const clast_frame_instance *instance;
     uint32_t instance_number;
-    uint32_t *places;         // by chunk: how many, then where they go
-    clast_emitter *emitters;  // null while counting
+    uint32_t *places;        // by chunk: how many, then where they go
+    clast_emitter *emitters; // null while counting
 } emitter_job;
 
 // False where a primitive does not shine: by its material, or for want of area.
@@ -86,7 +86,8 @@ static clast_status add_emitters(clast_frame *frame, emitter_job *job)
     clast_parallel_for(frame->context, primitives, PRIMITIVE_GRAIN, emitter_range, job);
     uint32_t total = 0; // fits, as there are not more than primitives
     clast_exclusive_scan(frame->context, job->places, chunks, &total);
-    clast_status status = CLAST_RESERVE(frame->context, frame->emitters, frame->emitter_capacity, frame->emitter_count + total);
+    clast_status status = CLAST_RESERVE(frame->context, frame->emitters, frame->emitter_capacity,
+                                        frame->emitter_count + total);
     if (status == CLAST_OK && total != 0) {
         job->emitters = frame->emitters + frame->emitter_count;
         clast_parallel_for(frame->context, primitives, PRIMITIVE_GRAIN, emitter_range, job);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The waving sheet: tiles x tiles grids in the plane y = 0 around the origin, each of n x n quads, n the same for all tiles
-// of a frame. A vertex is a function of its place in the grid of the whole sheet alone, so that tiles that share a border
-// compute the same bits for it; and it is made of + - * only, so that every machine does.
+// The waving sheet: tiles x tiles grids in the plane y = 0 around the origin, each of n x n quads, n the same for all
+// tiles of a frame. A vertex is a function of its place in the grid of the whole sheet alone, so that tiles that
+// share a border compute the same bits for it; and it is made of + - * only, so that every machine does.
 #ifndef CLAST_SHARED_WAVE_H
 #define CLAST_SHARED_WAVE_H
 
@@ -11,18 +11,19 @@ LIMIT(WAVE_PIXELS, 8u, "pixels that a quad's side covers at rate 1, where it is 
 
 RECORD(clast_wave_sheet)
 {
-    uint tiles;             // along a side
+    uint tiles; // along a side
     uint material;
     float size;
     float amplitude;
-    float tile_length;      // size / tiles
-    packed2 first_wave;     // turns of the first wave per length along x and z
+    float tile_length;  // size / tiles
+    packed2 first_wave; // turns of the first wave per length along x and z
     packed2 second_wave;
-    float half_steps[12];   // by n: half a quad's side; [0] is not used
+    float half_steps[12]; // by n: half a quad's side; [0] is not used
 };
 RECORD_SIZE(clast_wave_sheet, 84)
 
-// A moment, as turns of each wave in [0, 1): reduced in double precision, so that late times move as smoothly as early ones.
+// A moment, as turns of each wave in [0, 1): reduced in double precision, so that late times move as smoothly as
+// early ones.
 RECORD(clast_wave_moment)
 {
     float first_turns;
@@ -79,8 +80,8 @@ FN clast_wave_height wave_height_and_slopes(clast_wave_sheet sheet, clast_wave_m
     return result;
 }
 
-// Vertex (column, row) of the whole sheet's grid of (tiles * segments) quads a side. Rows go towards -z, so that the grid
-// template's triangles face up.
+// Vertex (column, row) of the whole sheet's grid of (tiles * segments) quads a side. Rows go towards -z, so that the
+// grid template's triangles face up.
 FN vec3 wave_vertex(clast_wave_sheet sheet, clast_wave_moment moment, uint segments, uint column, uint row)
 {
     float side = to_float(sheet.tiles * segments); // at most 1024 * 11: twice that is exact
@@ -94,13 +95,14 @@ FN float wave_outside(float coordinate, float half_extent)
     return max1(abs1(coordinate) - half_extent, 0.0f);
 }
 
-// The n of a frame: the least whose quads are small enough where the sheet's box is nearest to the eye. Decided by products
-// of squares, without a quotient or a root.
+// The n of a frame: the least whose quads are small enough where the sheet's box is nearest to the eye. Decided by
+// products of squares, without a quotient or a root.
 FN uint wave_segments(clast_wave_sheet sheet, clast_source_view view)
 {
     vec3 eye = load3(view.eye);
     float half_size = sheet.size * 0.5f;
-    vec3 away = vec3(wave_outside(eye[0], half_size), wave_outside(eye[1], abs1(sheet.amplitude)), wave_outside(eye[2], half_size));
+    vec3 away = vec3(wave_outside(eye[0], half_size), wave_outside(eye[1], abs1(sheet.amplitude)),
+                     wave_outside(eye[2], half_size));
     precise float distance_square = dot3(away, away);
     float share = view.hidden != 0u ? 0.25f : 1.0f;
     precise float wanted = sheet.tile_length * view.pixels_per_unit * (view.rate * share);
@@ -115,8 +117,8 @@ FN uint wave_segments(clast_wave_sheet sheet, clast_source_view view)
     return segments;
 }
 
-// Where on its tile (0 to 1 each way) a point of a grid's triangle is. Quad q is triangles 2 q: (v00, v10, v11) and 2 q + 1:
-// (v00, v11, v01).
+// Where on its tile (0 to 1 each way) a point of a grid's triangle is. Quad q is triangles 2 q: (v00, v10, v11) and 2
+// q + 1: (v00, v11, v01).
 FN vec2 wave_locate(uint segments, uint triangle, vec2 barycentrics)
 {
     uint quad = triangle / 2u;

@@ -21,7 +21,7 @@ enum {
 typedef struct cooked_cluster {
     uint32_t first_triangle; // into triangles
     uint32_t triangle_count;
-    uint32_t first_vertex;   // into positions
+    uint32_t first_vertex; // into positions
     uint32_t vertex_count;
     uint32_t template_index;
 } cooked_cluster;
@@ -247,8 +247,8 @@ static void gather_range(void *data, size_t begin, size_t end, uint32_t worker)
         }
         memcpy(unit->triangles + from.first_triangle, job->clusters->triangles + from.first_triangle,
                from.triangle_count * sizeof *unit->triangles);
-        unit->clusters[i] =
-            (cooked_cluster){from.first_triangle, from.triangle_count, from.first_vertex, from.vertex_count, (uint32_t)i};
+        unit->clusters[i] = (cooked_cluster){from.first_triangle, from.triangle_count, from.first_vertex,
+                                             from.vertex_count, (uint32_t)i};
         job->descs[i] = (clast_template_desc){
             .triangle_count = from.triangle_count,
             .vertex_count = from.vertex_count,
@@ -292,7 +292,8 @@ static clast_status keep_clusters(clusters_unit *unit, const clast_mesh *mesh, c
 // For cancelling between the stages of a mesh that takes seconds.
 static clast_status look_up(const clusters_unit *unit, const clast_mesh *mesh, uint64_t stage)
 {
-    return mesh->triangle_count < PROGRESS_TRIANGLES ? CLAST_OK : clast_progress(unit->base.context, "clusters", stage, 3);
+    return mesh->triangle_count < PROGRESS_TRIANGLES ? CLAST_OK
+                                                     : clast_progress(unit->base.context, "clusters", stage, 3);
 }
 
 static clast_status cook_mesh(clusters_unit *unit, const clast_mesh *mesh, clast_template_set *templates)
@@ -341,7 +342,8 @@ static void destroy(clast_unit *base)
     clast_free(context, unit);
 }
 
-static clast_status cook(clast_context *context, const clast_geometry *geometry, clast_template_set *templates, clast_unit **result)
+static clast_status cook(clast_context *context, const clast_geometry *geometry, clast_template_set *templates,
+                         clast_unit **result)
 {
     clusters_unit *unit = clast_allocate_zeroed(context, 1, sizeof *unit);
     if (unit == NULL) {
@@ -379,9 +381,10 @@ static bool same_position(packed3 a, packed3 b)
     return a.v[0] == b.v[0] && a.v[1] == b.v[1] && a.v[2] == b.v[2];
 }
 
-// The mesh's present positions of a cluster's vertices, by way of its triangles' corners. False where vertices that were
-// welded are no longer in one place.
-static bool gather_cluster(const clusters_unit *unit, const clast_mesh *mesh, const cooked_cluster *cluster, packed3 *positions)
+// The mesh's present positions of a cluster's vertices, by way of its triangles' corners. False where vertices that
+// were welded are no longer in one place.
+static bool gather_cluster(const clusters_unit *unit, const clast_mesh *mesh, const cooked_cluster *cluster,
+                           packed3 *positions)
 {
     bool known[TEMPLATE_VERTICES] = {false};
     for (uint32_t t = 0; t < cluster->triangle_count; t++) {
@@ -423,9 +426,9 @@ static void write_range(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-// Vertices of one position share a vertex of their clusters: where they part, clusters would be drawn closed that are not,
-// or the other way round, so the mesh is cooked anew. Nothing is written before that is known. Vertices that met since
-// stay apart: that is no crack, as they are equal to the bit.
+// Vertices of one position share a vertex of their clusters: where they part, clusters would be drawn closed that are
+// not, or the other way round, so the mesh is cooked anew. Nothing is written before that is known. Vertices that met
+// since stay apart: that is no crack, as they are equal to the bit.
 static clast_status update(clast_unit *base, const clast_geometry *geometry)
 {
     clusters_unit *unit = (clusters_unit *)base;
@@ -470,19 +473,21 @@ static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_S
     const clusters_unit *unit = clusters_of(base);
     arrays[0] = (clast_source_array){"clusters", unit->clusters, base->item_count * sizeof *unit->clusters, 0};
     arrays[1] = (clast_source_array){"triangles", unit->triangles, unit->triangle_count * sizeof *unit->triangles, 0};
-    arrays[2] = (clast_source_array){"positions", unit->positions, unit->position_count * sizeof *unit->positions, base->version};
+    arrays[2] = (clast_source_array){"positions", unit->positions, unit->position_count * sizeof *unit->positions,
+                                     base->version};
     return 3;
 }
 
-static clast_source_count count(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item)
+static clast_source_count count(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                                uint32_t item)
 {
     (void)pose;
     (void)view;
     return (clast_source_count){1, clusters_of(unit)->clusters[item].triangle_count, 0};
 }
 
-static void emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item, uint32_t first_vertex,
-                 clast_cluster_record *records)
+static void emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
+                 uint32_t first_vertex, clast_cluster_record *records)
 {
     (void)pose;
     (void)view;
@@ -503,11 +508,12 @@ static const packed3 *resident(const clast_unit *unit, const clast_cluster_recor
 static void fill(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record, packed3 *positions)
 {
     (void)pose;
-    memcpy(positions, resident(unit, record), clusters_of(unit)->clusters[record->item].vertex_count * sizeof *positions);
+    memcpy(positions, resident(unit, record),
+           clusters_of(unit)->clusters[record->item].vertex_count * sizeof *positions);
 }
 
-static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record, uint32_t triangle,
-                                  vec2 barycentrics)
+static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
+                                  uint32_t triangle, vec2 barycentrics)
 {
     (void)pose;
     const clusters_unit *clusters = clusters_of(unit);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one interface of all kinds of dense geometry. A kind is a file in this folder that fills a clast_source; the list of
-// kinds is CLAST_SOURCE_LIST. frame/ and render/ know nothing else of them: a further kind needs no change there.
+// The one interface of all kinds of dense geometry. A kind is a file in this folder that fills a clast_source; the
+// list of kinds is CLAST_SOURCE_LIST. frame/ and render/ know nothing else of them: a further kind needs no change
+// there.
 //
 // A *unit* is one cooked geometry: it owns one BLAS and serves any number of instances. A *pose* is a moment of it. An
 // *item* is the part of a unit that emits on its own (a cooked cluster, a tile, a base triangle): items are counted and
 // emitted in parallel, and placed by prefix sums, so that the order of records never depends on timing.
 //
-// count, emit, fill, locate and evaluate are pure: the same arguments give the same bits, on any thread, at any time. The
-// formulas they need are in shared/, so that a GPU gives the same bits too.
+// count, emit, fill, locate and evaluate are pure: the same arguments give the same bits, on any thread, at any time.
+// The formulas they need are in shared/, so that a GPU gives the same bits too.
 #ifndef CLAST_SOURCE_SOURCE_H
 #define CLAST_SOURCE_SOURCE_H
 
@@ -42,9 +43,9 @@ enum { CLAST_SOURCE_ARRAYS_MOST = 16 };
 // What a hit is made of, in the unit's own space.
 typedef struct clast_source_surface {
     vec3 position;
-    vec3 geometric_normal;   // not normalised, counter-clockwise side
-    vec3 normal;             // interpolated, not normalised; the geometric one where the geometry is flat
-    vec3 tangent;            // not normalised; zero where there is none
+    vec3 geometric_normal; // not normalised, counter-clockwise side
+    vec3 normal;           // interpolated, not normalised; the geometric one where the geometry is flat
+    vec3 tangent;          // not normalised; zero where there is none
     float bitangent_sign;
     vec2 coordinates[2];     // texture coordinates
     vec4 colour;             // vertex colour; white where there is none
@@ -59,11 +60,11 @@ typedef struct clast_unit {
     const clast_geometry *geometry; // cook/'s copy of the scene's, as of the last commit
     uint32_t geometry_version;      // that was cooked
     uint32_t item_count;
-    uint64_t bytes;                 // of the cooked data
-    uint32_t number;                // of the geometry; records carry it. Set by cook/
-    uint32_t serial;                // no two units of a clast_cooked ever had the same. Set by cook/
-    uint32_t version;               // of the positions: poses carry it
-    uint32_t *materials;            // the different materials of its surface, in order of first use
+    uint64_t bytes;      // of the cooked data
+    uint32_t number;     // of the geometry; records carry it. Set by cook/
+    uint32_t serial;     // no two units of a clast_cooked ever had the same. Set by cook/
+    uint32_t version;    // of the positions: poses carry it
+    uint32_t *materials; // the different materials of its surface, in order of first use
     uint32_t material_count;
 } clast_unit;
 
@@ -73,10 +74,11 @@ typedef struct clast_source {
     // How long cooking takes, in triangles: for the progress only.
     uint64_t (*work)(const clast_geometry *geometry);
     // Cooks a geometry. Templates are added to the scene's set. Sets all of clast_unit but number and serial.
-    clast_status (*cook)(clast_context *context, const clast_geometry *geometry, clast_template_set *templates, clast_unit **unit);
+    clast_status (*cook)(clast_context *context, const clast_geometry *geometry, clast_template_set *templates,
+                         clast_unit **unit);
     void (*destroy)(clast_unit *unit);
-    // The geometry's positions changed and its topology did not: take them over, so that `changed` says so. May refuse by
-    // CLAST_ERROR_UNSUPPORTED: the unit is cooked anew then.
+    // The geometry's positions changed and its topology did not: take them over, so that `changed` says so. May
+    // refuse by CLAST_ERROR_UNSUPPORTED: the unit is cooked anew then.
     clast_status (*update)(clast_unit *unit, const clast_geometry *geometry);
 
     // Holds all positions that fill gives for this pose at any rate.
@@ -87,15 +89,17 @@ typedef struct clast_source {
     // Describes the cooked arrays; returns how many.
     uint32_t (*arrays)(const clast_unit *unit, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST]);
 
-    // What an item emits at view->rate; `vertices` are those that fill writes, not resident ones. The rate CLAST_RATE_LEAST
-    // gives the least that is still whole (every factor 1), whatever the rest of the view and the pose. The sum over a
-    // unit's items never falls while the rate grows.
-    clast_source_count (*count)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item);
+    // What an item emits at view->rate; `vertices` are those that fill writes, not resident ones. The rate
+    // CLAST_RATE_LEAST gives the least that is still whole (every factor 1), whatever the rest of the view and the
+    // pose. The sum over a unit's items never falls while the rate grows.
+    clast_source_count (*count)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                                uint32_t item);
     // Writes exactly count().clusters records. first_vertex is where the item's vertices begin.
     void (*emit)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
                  uint32_t first_vertex, clast_cluster_record *records);
     // The positions of a record's vertices, in the template's order.
-    void (*fill)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record, packed3 *positions);
+    void (*fill)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
+                 packed3 *positions);
     // Where the positions of a record lie already, as long as the unit lives; null where fill must write them.
     const packed3 *(*resident)(const clast_unit *unit, const clast_cluster_record *record);
 
@@ -104,14 +108,15 @@ typedef struct clast_source {
                                   uint32_t triangle, vec2 barycentrics);
     // Position, normals and attributes of a surface point.
     clast_source_surface (*evaluate)(const clast_unit *unit, const clast_pose *pose, clast_surface_point point);
-    // The emissive primitives: material of each primitive, and its corners, for sampling lights. primitive_count 0 where the
-    // kind has no such list.
+    // The emissive primitives: material of each primitive, and its corners, for sampling lights. primitive_count 0
+    // where the kind has no such list.
     uint32_t (*primitive_count)(const clast_unit *unit);
     uint32_t (*primitive_material)(const clast_unit *unit, uint32_t primitive);
     void (*primitive_corners)(const clast_unit *unit, const clast_pose *pose, uint32_t primitive, vec3 corners[3]);
 
     // What it would like to be resident for a view; null where all always is.
-    void (*requests)(const clast_unit *unit, const clast_source_view *view, void (*request)(void *user, uint64_t block), void *user);
+    void (*requests)(const clast_unit *unit, const clast_source_view *view, void (*request)(void *user, uint64_t block),
+                     void *user);
 } clast_source;
 
 // A rate so low that every factor is 1.

@@ -35,7 +35,8 @@ static clast_status check(clast_context *context, const clast_geometry *geometry
                  wave->wavelength > 0.0f && isfinite(wave->speed) && wave->tiles >= 1 && wave->tiles <= 1024;
     if (!sound) {
         return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
-                          "%s: a sheet's size and wavelength must be more than 0 and finite, its tiles 1 to 1024", name);
+                          "%s: a sheet's size and wavelength must be more than 0 and finite, its tiles 1 to 1024",
+                          name);
     }
     if ((double)wave->size / (double)wave->wavelength > most_waves) {
         return clast_fail(context, CLAST_ERROR_LIMIT, "%s: %g waves across the sheet, expected at most %g", name,
@@ -63,7 +64,8 @@ static clast_wave_sheet make_sheet(const clast_wave *wave)
     return sheet;
 }
 
-static clast_status cook(clast_context *context, const clast_geometry *geometry, clast_template_set *templates, clast_unit **result)
+static clast_status cook(clast_context *context, const clast_geometry *geometry, clast_template_set *templates,
+                         clast_unit **result)
 {
     clast_status status = check(context, geometry);
     if (status != CLAST_OK) {
@@ -152,7 +154,8 @@ static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_S
     return 2;
 }
 
-static clast_source_count count(const clast_unit *base, const clast_pose *pose, const clast_source_view *view, uint32_t item)
+static clast_source_count count(const clast_unit *base, const clast_pose *pose, const clast_source_view *view,
+                                uint32_t item)
 {
     (void)pose;
     (void)item;
@@ -160,8 +163,8 @@ static clast_source_count count(const clast_unit *base, const clast_pose *pose, 
     return (clast_source_count){1, 2 * n * n, (n + 1) * (n + 1)};
 }
 
-static void emit(const clast_unit *base, const clast_pose *pose, const clast_source_view *view, uint32_t item, uint32_t first_vertex,
-                 clast_cluster_record *records)
+static void emit(const clast_unit *base, const clast_pose *pose, const clast_source_view *view, uint32_t item,
+                 uint32_t first_vertex, clast_cluster_record *records)
 {
     (void)pose;
     const wave_unit *unit = wave_of(base);
@@ -197,8 +200,8 @@ static const packed3 *resident(const clast_unit *unit, const clast_cluster_recor
     return NULL;
 }
 
-static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record, uint32_t triangle,
-                                  vec2 barycentrics)
+static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
+                                  uint32_t triangle, vec2 barycentrics)
 {
     (void)unit;
     (void)pose;

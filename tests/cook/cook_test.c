@@ -138,7 +138,8 @@ static void cooking_can_be_cancelled_and_resumed(void **state)
     (void)state;
     stopper s = {.stop_at = 2};
     clast_context *context;
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .progress = {stop, &s}}, &context), CLAST_OK);
+    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .progress = {stop, &s}}, &context),
+                     CLAST_OK);
     uint64_t memory = clast_context_memory(context);
     kitchen k = open_kitchen(context);
     shape_add_sphere(context, k.scene, 10, 10);
@@ -161,7 +162,8 @@ static void a_geometry_that_cannot_be_cooked_is_an_error(void **state)
     clast_context *context = *state;
     kitchen k = open_kitchen(context);
     shape_add_sphere(context, k.scene, 10, 10);
-    clast_wave wave = {.size = 1e9f, .tiles = 1, .amplitude = 1.0f, .wavelength = 1.0f, .speed = 1.0f, .material = CLAST_NONE};
+    clast_wave wave = {
+        .size = 1e9f, .tiles = 1, .amplitude = 1.0f, .wavelength = 1.0f, .speed = 1.0f, .material = CLAST_NONE};
     uint32_t geometry;
     assert_ok(context, clast_scene_add_wave(k.scene, &wave, "storm", &geometry));
     assert_int_equal(clast_cooked_update(k.cooked, k.scene), CLAST_ERROR_LIMIT);

@@ -76,8 +76,8 @@ static void a_hit_leads_back_to_the_surface(void **state)
         clast_hit hit = stage_trace(s.frame, x, 3, 0.3f * x + 0.1f, 0, -1, 0);
         assert_int_equal(hit.instance, 0);
         const clast_source *source = clast_source_of(unit->unit);
-        clast_surface_point point =
-            source->locate(unit->unit, &unit->pose, &unit->records[hit.cluster], hit.triangle, vec2(hit.u, hit.v));
+        clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit.cluster], hit.triangle,
+                                                   vec2(hit.u, hit.v));
         vec3 position = source->evaluate(unit->unit, &unit->pose, point).position;
         assert_true(fabsf(position[0] - x) < 1e-3f && fabsf(position[2] - 0.3f * x - 0.1f) < 1e-3f);
         assert_true(fabsf(position[1] - (3.0f - hit.t)) < 0.05f);
@@ -180,7 +180,8 @@ static void moved_vertices_are_hit_where_they_are(void **state)
     assert_true(fabsf(stage_trace(s.frame, 0.1f, 0.1f, 10, 0, 0, -1).t - 7.0f) < 0.06f);
     assert_int_equal(stage_trace(s.frame, 2.5f, 0.1f, 10, 0, 0, -1).instance, 0);
     for (uint32_t i = 0; i < 3 * sphere.mesh.vertex_count; i++) {
-        sphere.positions[i] = sphere.positions[i] / 3.0f + (i % 3 == 0 ? 1e-4f * (float)(i / 3) : 0.0f); // opens the seam
+        sphere.positions[i] = sphere.positions[i] / 3.0f +
+                              (i % 3 == 0 ? 1e-4f * (float)(i / 3) : 0.0f); // opens the seam
     }
     assert_ok(context, clast_scene_set_mesh_positions(s.scene, geometry, sphere.positions, NULL));
     stage_run(&s);
@@ -297,7 +298,8 @@ static void passes_are_timed_and_missing_ones_refused(void **state)
     for (uint32_t pass = 0; pass <= CLAST_PASS_LIGHTS; pass++) {
         assert_true(s.frame->milliseconds[pass] > 0.0);
     }
-    assert_int_equal(clast_frame_run(s.frame, &stage_backend, CLAST_PASS_TRACE, CLAST_PASS_TRACE, NULL), CLAST_ERROR_UNSUPPORTED);
+    assert_int_equal(clast_frame_run(s.frame, &stage_backend, CLAST_PASS_TRACE, CLAST_PASS_TRACE, NULL),
+                     CLAST_ERROR_UNSUPPORTED);
     assert_non_null(strstr(clast_context_error(context), "trace"));
     assert_int_equal(stage_trace(s.frame, 0.1f, 0.1f, 10, 0, 0, -1).instance, 0); // the trees stand
     stage_close(&s);
@@ -308,7 +310,8 @@ static void an_instance_of_what_is_not_cooked_is_refused(void **state)
     clast_context *context = *state;
     stage s = stage_open(context);
     shape_add_instance(context, s.scene, shape_add_sphere(context, s.scene, 4, 4), 0, 0, 0, 1);
-    assert_int_equal(clast_frame_run(s.frame, &stage_backend, CLAST_PASS_ANIMATE, CLAST_PASS_TLAS, NULL), CLAST_ERROR_STATE);
+    assert_int_equal(clast_frame_run(s.frame, &stage_backend, CLAST_PASS_ANIMATE, CLAST_PASS_TLAS, NULL),
+                     CLAST_ERROR_STATE);
     stage_close(&s);
 }
 
@@ -364,7 +367,11 @@ static void emitters_are_the_glowing_triangles_in_world_space(void **state)
     const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
     const uint32_t indices[] = {0, 1, 2, 0, 0, 1, 1, 3, 2}; // the second has no area
     const uint32_t materials[] = {lamp, lamp, 0};
-    clast_mesh mesh = {.vertex_count = 4, .triangle_count = 3, .positions = positions, .indices = indices, .triangle_materials = materials};
+    clast_mesh mesh = {.vertex_count = 4,
+                       .triangle_count = 3,
+                       .positions = positions,
+                       .indices = indices,
+                       .triangle_materials = materials};
     uint32_t geometry;
     assert_ok(context, clast_scene_add_mesh(s.scene, &mesh, NULL, &geometry));
     shape_add_instance(context, s.scene, shape_add_sphere(context, s.scene, 8, 8), 0, 0, 0, 1);

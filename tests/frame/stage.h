@@ -51,7 +51,8 @@ static inline void stage_close(stage *s)
 static inline clast_status stage_try(stage *s)
 {
     clast_status status = clast_cooked_update(s->cooked, s->scene);
-    return status == CLAST_OK ? clast_frame_run(s->frame, &stage_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL) : status;
+    return status == CLAST_OK ? clast_frame_run(s->frame, &stage_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL)
+                              : status;
 }
 
 static inline void stage_run(stage *s)

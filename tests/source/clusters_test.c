@@ -11,7 +11,8 @@ static clast_unit *cook_mesh(clast_context *context, kind_world *world, const cl
     assert_ok(context, clast_scene_add_mesh(world->scene, mesh, "mesh", &geometry));
     world->context = context;
     world->source = clast_sources[CLAST_SOURCE_CLUSTERS];
-    assert_ok(context, world->source->cook(context, &world->scene->geometries[geometry], world->templates, &world->unit));
+    assert_ok(context,
+              world->source->cook(context, &world->scene->geometries[geometry], world->templates, &world->unit));
     return world->unit;
 }
 
@@ -30,7 +31,8 @@ static void every_triangle_of_the_mesh_is_there_once(void **state)
     uint8_t *seen = calloc(triangles, 1);
     for (size_t i = 0; i < all.record_count; i++) {
         for (uint32_t t = 0; t < clast_template_triangle_count(world.templates, all.records[i].template_index); t++) {
-            clast_surface_point point = world.source->locate(world.unit, &kind_poses[0], &all.records[i], t, vec2(0.0f, 0.0f));
+            clast_surface_point point = world.source->locate(world.unit, &kind_poses[0], &all.records[i], t,
+                                                             vec2(0.0f, 0.0f));
             assert_true(point.primitive < triangles);
             assert_int_equal(seen[point.primitive]++, 0);
         }
@@ -174,7 +176,8 @@ static void degenerate_triangles_give_no_wild_values(void **state)
     mesh.coordinates[0] = coordinates;
     kind_world world = open_mesh(*state, &mesh);
     clast_source_surface s = evaluate_middle(&world);
-    assert_true(is_finite3(s.position) && is_finite3(s.normal) && is_finite3(s.geometric_normal) && is_finite3(s.tangent));
+    assert_true(is_finite3(s.position) && is_finite3(s.normal) && is_finite3(s.geometric_normal) &&
+                is_finite3(s.tangent));
     assert_true(s.texels_per_length == 0.0f);
     kind_close(&world);
 }
@@ -242,7 +245,8 @@ static void new_positions_are_taken_over(void **state)
     assert_true(world.unit->version != version);
     assert_ptr_equal(kind_vertices(&world, &before, 0), place);
     clast_pose old = {.version = version}, now = {.version = world.unit->version};
-    assert_int_equal(world.source->changed(world.unit, &old, &kind_views[0], &now, &kind_views[0]), CLAST_CHANGE_VERTICES);
+    assert_int_equal(world.source->changed(world.unit, &old, &kind_views[0], &now, &kind_views[0]),
+                     CLAST_CHANGE_VERTICES);
     clast_box box = world.source->bounds(world.unit, &now);
     assert_true(abs1(box.lower.v[1] + 1.0f) < 1e-6f && abs1(box.upper.v[1] - 3.0f) < 1e-6f);
     for (size_t i = 0; i < before.record_count; i++) {
@@ -263,7 +267,8 @@ static void positions_that_part_are_refused_and_nothing_is_written(void **state)
     // two triangles that share an edge by position only
     float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
     const uint32_t indices[] = {0, 1, 2, 3, 4, 5};
-    clast_mesh mesh = {.vertex_count = 6, .triangle_count = 2, .positions = positions, .indices = indices, .material = CLAST_NONE};
+    clast_mesh mesh = {
+        .vertex_count = 6, .triangle_count = 2, .positions = positions, .indices = indices, .material = CLAST_NONE};
     kind_world world = open_mesh(context, &mesh);
     kind_emission all = kind_emit(&world, &kind_poses[0], &kind_views[0]);
     assert_int_equal(clast_template_vertex_count(world.templates, all.records[0].template_index), 4);

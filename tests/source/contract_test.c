@@ -151,8 +151,8 @@ static float distance3(vec3 a, vec3 b)
     return length3(a - b);
 }
 
-static void check_point(const kind_world *world, const clast_cluster_record *record, const packed3 *vertices, uint32_t triangle,
-                        vec2 at, float tolerance)
+static void check_point(const kind_world *world, const clast_cluster_record *record, const packed3 *vertices,
+                        uint32_t triangle, vec2 at, float tolerance)
 {
     uint32_t corners[3];
     clast_template_triangle(world->templates, record->template_index, triangle, corners);
@@ -202,7 +202,8 @@ static void check_normals(kind_world *world)
             if (length3(normal) < 1e-6f) {
                 continue; // degenerate at a pole
             }
-            clast_surface_point point = world->source->locate(world->unit, &kind_poses[1], &all.records[i], t, vec2(0.3f, 0.3f));
+            clast_surface_point point = world->source->locate(world->unit, &kind_poses[1], &all.records[i], t,
+                                                              vec2(0.3f, 0.3f));
             clast_source_surface surface = world->source->evaluate(world->unit, &kind_poses[1], point);
             assert_true(dot3(normalize3(surface.geometric_normal), normalize3(normal)) > 0.9f);
             assert_true(dot3(normalize3(surface.normal), normalize3(normal)) > 0.9f);
@@ -232,11 +233,12 @@ static void emit_item(void *data, size_t begin, size_t end, uint32_t worker)
     for (size_t item = begin; item < end; item++) {
         uint32_t first = job->expected->firsts[item];
         clast_source_count count = world->source->count(world->unit, &kind_poses[1], &kind_views[0], (uint32_t)item);
-        world->source->emit(world->unit, &kind_poses[1], &kind_views[0], (uint32_t)item, job->expected->records[first].first_vertex,
-                            job->got.records + first);
+        world->source->emit(world->unit, &kind_poses[1], &kind_views[0], (uint32_t)item,
+                            job->expected->records[first].first_vertex, job->got.records + first);
         for (uint32_t i = first; i < first + count.clusters; i++) {
             if (world->source->resident(world->unit, &job->got.records[i]) == NULL) {
-                world->source->fill(world->unit, &kind_poses[1], &job->got.records[i], job->got.vertices + job->got.records[i].first_vertex);
+                world->source->fill(world->unit, &kind_poses[1], &job->got.records[i],
+                                    job->got.vertices + job->got.records[i].first_vertex);
             }
         }
     }
@@ -270,7 +272,8 @@ static void check_changed(kind_world *world)
 {
     for (uint32_t i = 0; i < KIND_VIEWS; i++) {
         for (uint32_t j = 0; j < KIND_VIEWS; j++) {
-            clast_change change = world->source->changed(world->unit, &kind_poses[0], &kind_views[i], &kind_poses[1], &kind_views[j]);
+            clast_change change = world->source->changed(world->unit, &kind_poses[0], &kind_views[i], &kind_poses[1],
+                                                         &kind_views[j]);
             kind_emission before = kind_emit(world, &kind_poses[0], &kind_views[i]);
             kind_emission now = kind_emit(world, &kind_poses[1], &kind_views[j]);
             if (change < CLAST_CHANGE_TOPOLOGY) {
@@ -284,8 +287,9 @@ static void check_changed(kind_world *world)
             kind_emission_free(&now);
         }
     }
-    assert_int_equal(world->source->changed(world->unit, &kind_poses[1], &kind_views[0], &kind_poses[1], &kind_views[0]),
-                     CLAST_CHANGE_NOTHING);
+    assert_int_equal(
+        world->source->changed(world->unit, &kind_poses[1], &kind_views[0], &kind_poses[1], &kind_views[0]),
+        CLAST_CHANGE_NOTHING);
 }
 
 static void what_is_said_not_to_change_does_not(void **state)
@@ -305,7 +309,8 @@ static void check_primitives(kind_world *world)
             float value = corners[k / 3][k % 3];
             assert_true(value >= box.lower.v[k % 3] && value <= box.upper.v[k % 3]);
         }
-        clast_source_surface surface = world->source->evaluate(world->unit, &kind_poses[0], (clast_surface_point){i, {{0.0f, 0.0f}}});
+        clast_source_surface surface = world->source->evaluate(world->unit, &kind_poses[0],
+                                                               (clast_surface_point){i, {{0.0f, 0.0f}}});
         assert_true(distance3(surface.position, corners[0]) <= 1e-6f);
         assert_int_equal(surface.material, world->source->primitive_material(world->unit, i));
     }

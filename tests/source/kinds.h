@@ -64,9 +64,9 @@ static inline void for_each_kind(void **state, void (*body)(kind_world *world))
 }
 
 static const clast_source_view kind_views[] = {
-    {{{0.0f, 3.0f, 8.0f}}, 900.0f, 1.0f, 0},   {{{0.0f, 3.0f, 8.0f}}, 900.0f, 0.125f, 0},
-    {{{0.0f, 0.0f, 0.0f}}, 900.0f, 1.0f, 0},   {{{500.0f, 30.0f, 0.0f}}, 900.0f, 1.0f, 0},
-    {{{0.0f, 30.0f, 0.0f}}, 200.0f, 1.0f, 1},  {{{0.0f, 3.0f, 8.0f}}, 900.0f, CLAST_RATE_LEAST, 0},
+    {{{0.0f, 3.0f, 8.0f}}, 900.0f, 1.0f, 0},  {{{0.0f, 3.0f, 8.0f}}, 900.0f, 0.125f, 0},
+    {{{0.0f, 0.0f, 0.0f}}, 900.0f, 1.0f, 0},  {{{500.0f, 30.0f, 0.0f}}, 900.0f, 1.0f, 0},
+    {{{0.0f, 30.0f, 0.0f}}, 200.0f, 1.0f, 1}, {{{0.0f, 3.0f, 8.0f}}, 900.0f, CLAST_RATE_LEAST, 0},
 };
 enum { KIND_VIEWS = sizeof kind_views / sizeof kind_views[0] };
 

@@ -115,7 +115,8 @@ static void hidden_sheets_are_coarser_and_near_ones_finer(void **state)
     uint32_t hidden = world.source->count(world.unit, &kind_poses[0], &view, 0).triangles;
     assert_true(hidden < seen && hidden >= 2);
     view = (clast_source_view){{{1.0f, 0.0f, 1.0f}}, 900.0f, 1.0f, 0};
-    assert_int_equal(world.source->count(world.unit, &kind_poses[0], &view, 0).triangles, 2 * GRID_SEGMENTS * GRID_SEGMENTS);
+    assert_int_equal(world.source->count(world.unit, &kind_poses[0], &view, 0).triangles,
+                     2 * GRID_SEGMENTS * GRID_SEGMENTS);
     kind_close(&world);
 }
 
@@ -123,9 +124,11 @@ static void a_sheet_repeats_after_whole_waves(void **state)
 {
     kind_world world = open_wave(*state); // half a wavelength a second; the second wave has 5/4 of its turns
     clast_pose late = {.time = 8.0e6};
-    assert_int_equal(world.source->changed(world.unit, &kind_poses[0], &kind_views[0], &late, &kind_views[0]), CLAST_CHANGE_NOTHING);
+    assert_int_equal(world.source->changed(world.unit, &kind_poses[0], &kind_views[0], &late, &kind_views[0]),
+                     CLAST_CHANGE_NOTHING);
     clast_pose later = {.time = 8.0e6 + 0.125};
-    assert_int_equal(world.source->changed(world.unit, &late, &kind_views[0], &later, &kind_views[0]), CLAST_CHANGE_VERTICES);
+    assert_int_equal(world.source->changed(world.unit, &late, &kind_views[0], &later, &kind_views[0]),
+                     CLAST_CHANGE_VERTICES);
     kind_close(&world);
 }
 
