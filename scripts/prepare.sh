@@ -38,8 +38,9 @@ install_packages() {
         root='sudo -n'
     fi
     echo "installing: $*"
-    # Lists of packages may be old or absent; they are fetched only now that something is missing.
-    $root apt-get update -qq && $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" </dev/null
+    # Lists of packages may be old or absent; they are fetched only now that something is missing. Old ones may still do.
+    $root apt-get update -qq || true
+    $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" </dev/null
 }
 
 # prepare PACKAGE...: returns when all are there; else names what is missing and ends the script.
