@@ -169,7 +169,7 @@ static void find_odd_lengths(void *data, size_t begin, size_t end, uint32_t work
     for (size_t i = begin; i < end; i++) {
         const float *v = job->vectors + 3 * i;
         float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-        if (!(square > 0.98f && square < 1.02f)) {
+        if (!(square > 0.999f && square < 1.001f)) {
             atomic_store(&job->odd, true);
             return;
         }
