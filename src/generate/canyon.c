@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// The demonstration scene put together: who gets how many triangles, materials, cameras, and the files that name the rest.
+#include "generate/canyon.h"
+
+#include "generate/textures.h"
+
+static const char NAME[] = "canyon";
+static const double TRIANGLES = 1e6; // at detail 1
+
+// Towards the sun: low, from the right of the main view and a little behind the viewer, so that it rakes over the carving.
+static const float SUN[3] = {0.868f, 0.262f, 0.422f};
+static const float TURBIDITY = 3.0f;
+static const float EXPOSURE = 0.0f;
+
+static const struct {
+    const char *name;
+    float position[3], target[3], degrees;
+} cameras[] = {
+    {"hero", {-10.6f, 2.1f, 27.5f}, {1.1f, 6.1f, 0.0f}, 37.0f},
+    {"ornament", {-3.4f, 7.6f, 10.6f}, {-1.5f, 8.6f, 0.0f}, 34.0f},
+    {"wide", {-31.0f, 11.0f, 52.0f}, {6.0f, 10.0f, -20.0f}, 48.0f},
+};
+
+static void add_materials(clast_canyon *canyon)
+{
+    static const clast_gltf_material materials[CLAST_CANYON_MATERIALS] = {
+        [CLAST_CANYON_SAND] = {"sand", 1.0f, 0.0f, 1.0f, false, "sand_colour.png", "sand_roughness.png", "sand_normal.png", {1, 1, 1}},
+        [CLAST_CANYON_ROCK] = {"rock", 1.0f, 0.0f, 1.0f, false, "rock_colour.png", "rock_roughness.png", "rock_normal.png", {1, 1, 1}},
+        [CLAST_CANYON_STONE] = {"stone", 1.0f, 0.0f, 1.0f, false, "stone_colour.png", "stone_roughness.png", "stone_normal.png", {1, 1, 1}},
+        [CLAST_CANYON_GOLD] = {"gold", 1.0f, 1.0f, 1.0f, false, "gold_colour.png", "gold_roughness.png", "gold_normal.png", {1, 1, 1}},
+        [CLAST_CANYON_LAPIS] = {"lapis", 1.0f, 1.0f, 1.0f, false, "lapis_colour.png", "lapis_roughness.png", NULL, {1, 1, 1}},
+        [CLAST_CANYON_STRAW] = {"straw", 0.85f, 0.0f, 1.0f, true, NULL, NULL, NULL, {1, 1, 1}},
+    };
+    for (uint32_t i = 0; i < CLAST_CANYON_MATERIALS; i++) {
+        canyon->materials[i] = clast_gltf_add_material(&canyon->writer, &materials[i]);
+    }
+}
+
+static void build_meshes(clast_canyon *canyon)
+{
+    double triangles = TRIANGLES * canyon->detail;
+    canyon->builder = (clast_builder){.context = canyon->context, .writer = &canyon->writer, .expected = (uint64_t)triangles};
+    clast_canyon_build_monument(canyon, triangles * 0.37);
+    clast_canyon_build_columns(canyon, triangles * 0.105);
+    clast_canyon_build_masonry(canyon, triangles * 0.135);
+    clast_canyon_build_terrain(canyon, triangles * 0.155);
+    clast_canyon_build_mesas(canyon, triangles * 0.175);
+    clast_canyon_build_boulders(canyon, triangles * 0.05);
+    clast_canyon_build_grass(canyon, triangles * 0.01);
+    clast_builder_end(&canyon->builder);
+}
+
+static vec3 from_array(const float v[3]) { return vec3(v[0], v[1], v[2]); }
+
+static void write_models(clast_canyon *canyon)
+{
+    clast_gltf_begin(&canyon->writer, canyon->outputs, NAME);
+    add_materials(canyon);
+    build_meshes(canyon);
+    for (uint32_t i = 0; i < sizeof cameras / sizeof cameras[0]; i++) {
+        clast_gltf_add_camera(&canyon->writer, cameras[i].name, from_array(cameras[i].position), from_array(cameras[i].target),
+                              cameras[i].degrees * 0.0174532925f);
+    }
+    clast_gltf_end(&canyon->writer);
+}
+
+static void write_pictures(clast_canyon *canyon)
+{
+    uint32_t size = canyon->detail < 0.1 ? 128 : canyon->detail < 0.5 ? 512 : canyon->detail < 8.0 ? 1024 : 2048;
+    for (uint32_t i = 0; i < CLAST_TEXTURE_KINDS; i++) {
+        clast_write_textures(canyon->outputs, (clast_texture_kind)i, size, canyon->seed);
+        if (canyon->outputs->status == CLAST_OK) {
+            clast_outputs_note(canyon->outputs, clast_progress(canyon->context, "generate textures", i + 1, CLAST_TEXTURE_KINDS));
+        }
+    }
+}
+
+static void write_scene_file(clast_canyon *canyon)
+{
+    float ground[2] = {0.0f, 0.0f}, ornament[2] = {0.0f, 0.0f};
+    uint32_t size = canyon->detail < 0.1 ? 128 : 1024;
+    const float side = 400.0f;
+    clast_canyon_write_heights(canyon, "terrain_height.png", size, side, &ground[0], &ground[1]);
+    clast_canyon_write_ornament(canyon, "ornament_height.png", 4 * size, size / 2, &ornament[0], &ornament[1]);
+    clast_file_output *file = clast_outputs_open(canyon->outputs, "scene.json");
+    if (file == NULL) {
+        return;
+    }
+    clast_file_print(file, "{\n \"clast\": 1,\n \"models\": [{\"path\": \"%s.gltf\"}],\n", NAME);
+    clast_file_print(file, " \"environment\": {\"sky\": {\"sun_direction\": [%g, %g, %g], \"turbidity\": %g}},\n", (double)SUN[0],
+                     (double)SUN[1], (double)SUN[2], (double)TURBIDITY);
+    clast_file_print(file, " \"cameras\": [\n");
+    uint32_t count = sizeof cameras / sizeof cameras[0];
+    for (uint32_t i = 0; i < count; i++) {
+        const float *p = cameras[i].position, *t = cameras[i].target;
+        clast_file_print(file, "  {\"name\": \"%s\", \"position\": [%g, %g, %g], \"target\": [%g, %g, %g], \"vertical_angle\": %g}%s\n",
+                         cameras[i].name, (double)p[0], (double)p[1], (double)p[2], (double)t[0], (double)t[1], (double)t[2],
+                         (double)cameras[i].degrees, i + 1 < count ? "," : "");
+    }
+    clast_file_print(file, " ],\n \"settings\": {\"camera\": \"hero\", \"exposure\": %g}\n}\n", (double)EXPOSURE);
+    clast_outputs_note(canyon->outputs, file->status);
+}
+
+clast_status clast_generate_canyon(clast_context *context, double detail, uint32_t seed, const char *folder)
+{
+    clast_outputs *outputs = clast_allocate_zeroed(context, 1, sizeof *outputs);
+    clast_canyon *canyon = clast_allocate_zeroed(context, 1, sizeof *canyon);
+    clast_status status = CLAST_ERROR_OUT_OF_MEMORY;
+    if (outputs != NULL && canyon != NULL) {
+        clast_outputs_begin(outputs, context, folder);
+        *canyon = (clast_canyon){.context = context, .outputs = outputs, .detail = detail, .seed = hash1(seed) & 0xffffffu};
+        clast_canyon_place_mesas(canyon);
+        write_pictures(canyon);
+        write_models(canyon);
+        write_scene_file(canyon); // last: a folder with it is whole
+        status = clast_outputs_commit(outputs);
+    }
+    clast_free(context, canyon);
+    clast_free(context, outputs);
+    return status;
+}
