@@ -263,8 +263,8 @@ static clast_status read_chunk(exr_reader *reader, exr_decode_pipeline_t *decode
         return malformed(reader, "a chunk has an impossible size");
     }
     size_t size = (size_t)chunk->width * (size_t)chunk->height * 4 * reader->channel_count;
-    clast_status status =
-        size <= CLAST_IMAGE_BYTES ? reserve_planes(reader, size) : malformed(reader, "a chunk has an impossible size");
+    clast_status status = size <= CLAST_IMAGE_BYTES ? reserve_planes(reader, size)
+                                                    : malformed(reader, "a chunk has an impossible size");
     if (status != CLAST_OK) {
         return status;
     }
@@ -321,10 +321,10 @@ static clast_status read_tiles(exr_reader *reader, exr_decode_pipeline_t *decode
         int64_t y = i / across;
         exr_chunk_info_t chunk;
         result = exr_read_tile_chunk_info(reader->file, 0, (int)x, (int)y, 0, 0, &chunk);
-        clast_status status =
-            result == EXR_ERR_SUCCESS
-                ? read_chunk(reader, decoder, &chunk, reader->data.min.x + x * width, reader->data.min.y + y * height)
-                : failed(reader, result);
+        clast_status status = result == EXR_ERR_SUCCESS
+                                  ? read_chunk(reader, decoder, &chunk, reader->data.min.x + x * width,
+                                               reader->data.min.y + y * height)
+                                  : failed(reader, result);
         if (status != CLAST_OK) {
             return status;
         }

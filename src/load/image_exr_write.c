@@ -165,8 +165,8 @@ void clast_exr_encode(clast_file_output *output, uint32_t width, uint32_t height
                       size_t count)
 {
     exr_writer writer = {.output = output};
-    exr_result_t result =
-        list_channels(&writer, layers, count) ? write_header(&writer, width, height) : EXR_ERR_OUT_OF_MEMORY;
+    exr_result_t result = list_channels(&writer, layers, count) ? write_header(&writer, width, height)
+                                                                : EXR_ERR_OUT_OF_MEMORY;
     if (result == EXR_ERR_SUCCESS) {
         result = write_chunks(&writer, width, height);
     }

@@ -103,9 +103,9 @@ static bool read_header(png_job *job)
     png_set_interlace_handling(png);
     png_read_update_info(png, job->info);
     clast_pixel_type type = png_get_bit_depth(png, job->info) == 16 ? CLAST_PIXEL_UNORM16 : CLAST_PIXEL_UNORM8;
-    job->status =
-        clast_image_allocate(job->context, job->name, png_get_image_width(png, job->info),
-                             png_get_image_height(png, job->info), png_get_channels(png, job->info), type, &job->image);
+    job->status = clast_image_allocate(job->context, job->name, png_get_image_width(png, job->info),
+                                       png_get_image_height(png, job->info), png_get_channels(png, job->info), type,
+                                       &job->image);
     return job->status == CLAST_OK;
 }
 
@@ -147,8 +147,8 @@ static clast_status job_failed(png_job *job)
 clast_status clast_png_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
 {
     png_job job = {.context = context, .name = name, .bytes = bytes};
-    job.png =
-        png_create_read_struct_2(PNG_LIBPNG_VER_STRING, &job, job_error, job_warning, &job, job_allocate, job_free);
+    job.png = png_create_read_struct_2(PNG_LIBPNG_VER_STRING, &job, job_error, job_warning, &job, job_allocate,
+                                       job_free);
     job.info = job.png != NULL ? png_create_info_struct(job.png) : NULL;
     if (job.info == NULL) {
         png_destroy_read_struct(&job.png, NULL, NULL);
@@ -190,8 +190,8 @@ static bool run_encode(png_job *job)
 void clast_png_encode(clast_file_output *output, const clast_image *image)
 {
     png_job job = {.context = output->context, .output = output, .name = output->path, .image = *image};
-    job.png =
-        png_create_write_struct_2(PNG_LIBPNG_VER_STRING, &job, job_error, job_warning, &job, job_allocate, job_free);
+    job.png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, &job, job_error, job_warning, &job, job_allocate,
+                                        job_free);
     job.info = job.png != NULL ? png_create_info_struct(job.png) : NULL;
     bool written = job.info != NULL && run_encode(&job);
     if (!written && output->status == CLAST_OK) {

@@ -123,8 +123,8 @@ static void set_surface(const mtl_reader *reader, clast_material_desc *desc)
                                                        : 0.0f;
     desc->roughness = roughness_of(reader);
     desc->base_colour[3] = !isnan(material->opacity) ? unit(reader, material->opacity, "d") : 1.0f;
-    desc->alpha_mode =
-        desc->base_colour[3] < 1.0f || material->maps[MAP_D].path != NULL ? CLAST_ALPHA_BLEND : CLAST_ALPHA_OPAQUE;
+    desc->alpha_mode = desc->base_colour[3] < 1.0f || material->maps[MAP_D].path != NULL ? CLAST_ALPHA_BLEND
+                                                                                         : CLAST_ALPHA_OPAQUE;
     desc->double_sided = true; // OBJ surfaces have no back
 }
 
@@ -133,8 +133,8 @@ static clast_status set_textures(const mtl_reader *reader, clast_material_desc *
     clast_mtl *library = reader->library;
     const clast_mtl_map *maps = reader->material.maps;
     const clast_mtl_map *normals = &maps[maps[MAP_NORM].path != NULL ? MAP_NORM : MAP_BUMP];
-    clast_status status =
-        clast_mtl_texture(library, CLAST_MTL_COLOUR, &maps[MAP_KD], &maps[MAP_D], &desc->base_colour_texture);
+    clast_status status = clast_mtl_texture(library, CLAST_MTL_COLOUR, &maps[MAP_KD], &maps[MAP_D],
+                                            &desc->base_colour_texture);
     if (status == CLAST_OK) {
         status = clast_mtl_texture(library, CLAST_MTL_COLOUR, &maps[MAP_KE], NULL, &desc->emissive_texture);
     }
@@ -366,8 +366,8 @@ static clast_status read_line(mtl_reader *reader)
     if (clast_word_is(keyword, "Tr")) {
         float transparency = 0.0f;
         clast_status status = read_scalar(reader, &transparency);
-        material->opacity =
-            isnan(material->opacity) ? 1.0f - transparency : material->opacity; // d wins: some write both alike
+        material->opacity = isnan(material->opacity) ? 1.0f - transparency
+                                                     : material->opacity; // d wins: some write both alike
         return status;
     }
     for (size_t i = 0; i < sizeof maps / sizeof maps[0]; i++) {

@@ -61,8 +61,8 @@ static clast_status pack(clast_context *context, clast_mtl_texture_use use, cons
     uint32_t width = first->width > second->width ? first->width : second->width;
     uint32_t height = first->height > second->height ? first->height : second->height;
     bool is_colour = use == CLAST_MTL_COLOUR;
-    clast_status status =
-        clast_image_allocate(context, "packed texture", width, height, is_colour ? 4 : 3, CLAST_PIXEL_UNORM8, packed);
+    clast_status status = clast_image_allocate(context, "packed texture", width, height, is_colour ? 4 : 3,
+                                               CLAST_PIXEL_UNORM8, packed);
     if (status != CLAST_OK) {
         return status;
     }

@@ -97,8 +97,8 @@ static clast_status read_coordinate(obj_reader *reader)
     if (obj->coordinate_count == CLAST_NONE) {
         return too_many(reader, "texture coordinates");
     }
-    clast_status status =
-        CLAST_RESERVE(obj->context, obj->coordinates, obj->coordinate_capacity, obj->coordinate_count + 1);
+    clast_status status = CLAST_RESERVE(obj->context, obj->coordinates, obj->coordinate_capacity,
+                                        obj->coordinate_count + 1);
     if (status == CLAST_OK) {
         float *to = obj->coordinates[obj->coordinate_count++];
         to[0] = values[0];

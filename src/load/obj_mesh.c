@@ -65,8 +65,8 @@ static clast_status survey(mesh_builder *builder)
         uint64_t end = face_end(obj, f);
         builder->triangle_count += end - obj->faces[f].first_corner - 2;
         builder->has_normals = builder->has_normals || obj->faces[f].smoothing != 0;
-        builder->has_one_material =
-            builder->has_one_material && scene_material(obj, f) == scene_material(obj, builder->begin);
+        builder->has_one_material = builder->has_one_material &&
+                                    scene_material(obj, f) == scene_material(obj, builder->begin);
         for (uint64_t i = obj->faces[f].first_corner; i < end; i++) {
             builder->has_normals = builder->has_normals || has_normal(obj, obj->corners[i]);
             builder->has_coordinates = builder->has_coordinates || obj->corners[i].coordinate != CLAST_NONE;
@@ -81,8 +81,8 @@ static clast_status add_derived(mesh_builder *builder, uint32_t position, uint32
     if (obj->normal_count + builder->derived_count >= CLAST_NONE) {
         return out_of_range(builder);
     }
-    clast_status status =
-        CLAST_RESERVE(obj->context, builder->derived, builder->derived_capacity, builder->derived_count + 1);
+    clast_status status = CLAST_RESERVE(obj->context, builder->derived, builder->derived_capacity,
+                                        builder->derived_count + 1);
     if (status == CLAST_OK) {
         *number = (uint32_t)builder->derived_count;
         builder->derived[builder->derived_count++] = (derived_normal){.position = position, .group = group};
@@ -324,8 +324,8 @@ static clast_status add_mesh(mesh_builder *builder, const char *name)
     builder->indices = NULL;
     builder->materials = NULL;
     uint32_t geometry, instance;
-    clast_status status =
-        clast_scene_adopt_mesh(obj->scene, &mesh, blocks, sizeof blocks / sizeof blocks[0], name, &geometry);
+    clast_status status = clast_scene_adopt_mesh(obj->scene, &mesh, blocks, sizeof blocks / sizeof blocks[0], name,
+                                                 &geometry);
     return status == CLAST_OK ? clast_scene_add_instance(obj->scene, geometry, NULL, name, &instance) : status;
 }
 

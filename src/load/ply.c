@@ -352,8 +352,8 @@ static clast_status add_triangle(ply_reader *reader, uint32_t a, uint32_t b, uin
         return clast_fail(reader->context, CLAST_ERROR_LIMIT, "%s: more triangles than a mesh may have (%u)",
                           reader->path, UINT32_MAX / 3);
     }
-    clast_status status =
-        CLAST_RESERVE(reader->context, reader->indices, reader->index_capacity, reader->index_count + 3);
+    clast_status status = CLAST_RESERVE(reader->context, reader->indices, reader->index_capacity,
+                                        reader->index_count + 3);
     if (status == CLAST_OK) {
         reader->indices[reader->index_count++] = a;
         reader->indices[reader->index_count++] = b;
@@ -398,8 +398,8 @@ static clast_status add_strips(ply_reader *reader, uint32_t count)
         if (run < 3 || at[0] == at[-1] || at[0] == at[-2] || at[-1] == at[-2]) {
             continue; // stitches between strips are no triangles
         }
-        status =
-            run % 2 == 1 ? add_triangle(reader, at[-2], at[-1], at[0]) : add_triangle(reader, at[-1], at[-2], at[0]);
+        status = run % 2 == 1 ? add_triangle(reader, at[-2], at[-1], at[0])
+                              : add_triangle(reader, at[-1], at[-2], at[0]);
     }
     return status;
 }
@@ -455,8 +455,8 @@ static clast_status read_elements(ply_reader *reader)
         reader->element = &reader->header.elements[i];
         clast_word name = reader->element->name;
         bool is_text = reader->header.encoding == CLAST_PLY_ASCII;
-        uint64_t left =
-            is_text ? (uint64_t)(reader->text.end - reader->text.at) : reader->bytes.size - reader->position;
+        uint64_t left = is_text ? (uint64_t)(reader->text.end - reader->text.at)
+                                : reader->bytes.size - reader->position;
         reader->item = 0;
         if (!clast_ply_count_is_possible(&reader->header, reader->element, left)) {
             return malformed(reader, "more data: the file is too short for the counts of its header");

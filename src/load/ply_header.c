@@ -68,11 +68,11 @@ static clast_status read_element(header_reader *reader)
     if (header->element_count == ELEMENTS_MOST) {
         return malformed(reader, "at most 256 elements");
     }
-    clast_status status =
-        CLAST_RESERVE(reader->context, header->elements, header->element_capacity, header->element_count + 1);
+    clast_status status = CLAST_RESERVE(reader->context, header->elements, header->element_capacity,
+                                        header->element_count + 1);
     if (status == CLAST_OK) {
-        header->elements[header->element_count++] =
-            (clast_ply_element){name, (uint64_t)count, header->property_count, 0};
+        header->elements[header->element_count++] = (clast_ply_element){name, (uint64_t)count, header->property_count,
+                                                                        0};
     }
     return status;
 }
@@ -100,8 +100,8 @@ static clast_status read_property(header_reader *reader)
     if (header->property_count == PROPERTIES_MOST) {
         return malformed(reader, "at most 4096 properties");
     }
-    clast_status status =
-        CLAST_RESERVE(reader->context, header->properties, header->property_capacity, header->property_count + 1);
+    clast_status status = CLAST_RESERVE(reader->context, header->properties, header->property_capacity,
+                                        header->property_count + 1);
     if (status == CLAST_OK) {
         header->properties[header->property_count++] = property;
         header->elements[header->element_count - 1].property_count++;

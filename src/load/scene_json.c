@@ -38,8 +38,8 @@ void clast_json_fail(clast_json *json, const clast_json_place *place, clast_stat
     vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
     print_place(place, where, sizeof where);
-    json->status =
-        clast_fail(json->context, status, "%s: %s%s%s", json->path, where, where[0] != '\0' ? ": " : "", what);
+    json->status = clast_fail(json->context, status, "%s: %s%s%s", json->path, where, where[0] != '\0' ? ": " : "",
+                              what);
 }
 
 void clast_json_check(clast_json *json, const clast_json_place *place, clast_status status)
