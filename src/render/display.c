@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// Views as pictures to look at.
+#include <math.h>
+
+#include "base/thread.h"
+#include "render/render.h"
+#include "shared/random.h"
+#include "shared/tone_map.h"
+
+typedef struct display_job {
+    clast_view view;
+    const void *values;
+    uint32_t curve;
+    float gain;
+    float low, high; // depth: logarithms of the nearest and farthest; steps: 0 and the most
+    uint8_t *pixels;
+} display_job;
+
+static vec3 vector_at(const void *values, size_t i)
+{
+    const float *v = (const float *)values + 3 * i;
+    return vec3(v[0], v[1], v[2]);
+}
+
+static vec3 clamp_unit3(vec3 v)
+{
+    return vec3(clamp1(v[0], 0.0f, 1.0f), clamp1(v[1], 0.0f, 1.0f), clamp1(v[2], 0.0f, 1.0f));
+}
+
+static vec3 encode3(vec3 v)
+{
+    v = clamp_unit3(v);
+    return vec3(linear_to_srgb(v[0]), linear_to_srgb(v[1]), linear_to_srgb(v[2]));
+}
+
+// Neighbouring numbers differ in hue by the golden ratio, and in brightness.
+static vec3 number_colour(uint32_t number)
+{
+    if (number == CLAST_NONE) {
+        return splat3(0.0f);
+    }
+    uint32_t bits = hash1(number);
+    float hue = (float)number * 0.618033989f;
+    return hsv_to_rgb(vec3(hue - floorf(hue), 0.45f + 0.4f * unit_float(bits), 0.6f + 0.4f * unit_float(hash1(bits))));
+}
+
+static vec3 depth_colour(const display_job *job, float depth)
+{
+    if (!(depth > 0.0f) || !is_finite1(depth)) {
+        return splat3(0.0f);
+    }
+    float range = job->high - job->low;
+    float place = range > 0.0f ? (logf(depth) - job->low) / range : 0.0f;
+    return splat3(1.0f - 0.9f * clamp1(place, 0.0f, 1.0f)); // near is bright, nothing is black
+}
+
+static vec3 pixel_colour(const display_job *job, size_t i)
+{
+    const float *reals = job->values;
+    const uint32_t *numbers = job->values;
+    switch (job->view) {
+    case CLAST_VIEW_COLOUR: return tone_map(vector_at(reals, i), job->gain, job->curve);
+    case CLAST_VIEW_ALBEDO: return encode3(vector_at(reals, i));
+    case CLAST_VIEW_NORMAL: {
+        vec3 normal = vector_at(reals, i);
+        bool none = normal[0] == 0.0f && normal[1] == 0.0f && normal[2] == 0.0f;
+        return none ? normal : clamp_unit3(normal * 0.5f + splat3(0.5f));
+    }
+    case CLAST_VIEW_DEPTH: return depth_colour(job, reals[i]);
+    case CLAST_VIEW_UV: return vec3(reals[2 * i] - floorf(reals[2 * i]), reals[2 * i + 1] - floorf(reals[2 * i + 1]), 0.0f);
+    case CLAST_VIEW_INSTANCE:
+    case CLAST_VIEW_CLUSTER:
+    case CLAST_VIEW_TRIANGLE: return number_colour(numbers[i]);
+    case CLAST_VIEW_STEPS: return numbers[i] == CLAST_NONE ? splat3(0.0f) : heat_colour((float)numbers[i] / job->high);
+    case CLAST_VIEW_COUNT_: break;
+    }
+    return splat3(0.0f);
+}
+
+static void display_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const display_job *job = data;
+    for (size_t i = begin; i < end; i++) {
+        vec3 colour = pixel_colour(job, i);
+        for (int c = 0; c < 3; c++) {
+            job->pixels[3 * i + (size_t)c] = (uint8_t)(clamp1(colour[c], 0.0f, 1.0f) * 255.0f + 0.5f);
+        }
+    }
+}
+
+static void find_range(display_job *job, size_t count)
+{
+    if (job->view == CLAST_VIEW_DEPTH) {
+        const float *depths = job->values;
+        float near = INFINITY, far = 0.0f;
+        for (size_t i = 0; i < count; i++) {
+            bool there = depths[i] > 0.0f && is_finite1(depths[i]);
+            near = there ? min1(near, depths[i]) : near;
+            far = there ? max1(far, depths[i]) : far;
+        }
+        job->low = far > 0.0f ? logf(near) : 0.0f;
+        job->high = far > 0.0f ? logf(far) : 0.0f;
+    } else if (job->view == CLAST_VIEW_STEPS) {
+        const uint32_t *steps = job->values;
+        uint32_t most = 1;
+        for (size_t i = 0; i < count; i++) {
+            most = steps[i] != CLAST_NONE ? max_uint(most, steps[i]) : most;
+        }
+        job->high = (float)most;
+    }
+}
+
+clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values, uint32_t width, uint32_t height,
+                                   const clast_render_settings *settings, uint8_t *pixels)
+{
+    if (context == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    if ((uint32_t)view >= CLAST_VIEW_COUNT_ || values == NULL || pixels == NULL || width == 0 || height == 0) {
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "view to display: there is no such view, or no pixels");
+    }
+    clast_render_settings resolved = settings != NULL ? *settings : (clast_render_settings){0};
+    float exposure = (float)resolved.exposure;
+    display_job job = {.view = view, .values = values, .curve = resolved.tonemap, .gain = exp2f(exposure), .pixels = pixels};
+    size_t count = (size_t)width * height;
+    find_range(&job, count);
+    clast_parallel_for(context, count, 4096, display_range, &job);
+    return CLAST_OK;
+}

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+// The path integrator: at each surface one light is sampled, and one direction is followed; what both could have found is
+// weighed by the power heuristic (Veach, Robust Monte Carlo Methods for Light Transport Simulation, 1997, chapter 9). Paths
+// of little use end by Russian roulette.
+#include "render/path.h"
+
+#include "base/thread.h"
+#include "shared/brdf.h"
+
+// Which points of the sequence a decision at a bounce uses.
+enum { USE_CAMERA, USE_LIGHT, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USES };
+
+static const float DIFFUSE_WIDTH = 0.25f; // least alpha of the lobes after a diffuse surface
+static const float GLOSSY_WIDTH = 0.5f;   // and after a glossy one, in parts of its own
+
+static uint32_t pixel_seed(const clast_render_target *target, uint32_t x, uint32_t y)
+{
+    return hash3(x, y, target->settings.seed);
+}
+
+static vec2 next_square(const clast_render_target *target, uint32_t seed, uint32_t bounce, uint32_t use)
+{
+    return sample_square(target->sample, sample_seed(seed, bounce * USES + use));
+}
+
+clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, uint32_t x, uint32_t y)
+{
+    vec2 offset = vec2(0.5f, 0.5f);
+    if (target->sample != 0) {
+        vec2 u = next_square(target, pixel_seed(target, x, y), 0, USE_CAMERA);
+        offset = vec2(camera_offset(u[0]), camera_offset(u[1]));
+    }
+    return camera_ray(frame->settings.camera, ((float)x + offset[0]) / (float)target->width, ((float)y + offset[1]) / (float)target->height);
+}
+
+clast_ray clast_ray_of(clast_camera_ray from)
+{
+    const float *o = from.origin.v, *d = from.direction.v;
+    return (clast_ray){{o[0], o[1], o[2]}, from.t_min, {d[0], d[1], d[2]}, from.t_max};
+}
+
+// From just off a surface. `direction` need not have unit length: t = 1 is its end.
+static clast_ray leave_surface(const clast_shading_point *point, vec3 direction, float t_max)
+{
+    vec3 o = point->position + point->geometric_normal * point->offset;
+    return (clast_ray){{o[0], o[1], o[2]}, 0.0f, {direction[0], direction[1], direction[2]}, t_max};
+}
+
+// ------------------------------------------------------------------------------------------------------------- a bounce
+
+// A surface that a path reached, and how it scatters.
+typedef struct interaction {
+    clast_shading_point point;
+    clast_basis frame; // around the shading normal
+    clast_brdf brdf;
+    vec3 view;         // in the frame
+} interaction;
+
+static interaction interact(const clast_path *path, const clast_shading_point *point)
+{
+    interaction at = {.point = *point, .frame = basis_around(point->normal)};
+    at.view = to_basis(at.frame, path->direction * -1.0f);
+    at.view[2] = max1(at.view[2], 1e-6f);
+    at.brdf = brdf_make(point->base_colour, point->metallic, point->roughness, path->alpha_floor, at.view[2]);
+    return at;
+}
+
+// The scattered part of light from a direction (world space), times the cosine.
+static clast_brdf_answer scatter(const interaction *at, vec3 light)
+{
+    vec3 local = to_basis(at->frame, light);
+    float geometric = dot3(at->point.geometric_normal, light);
+    if (geometric <= 0.0f || local[2] <= 0.0f) {
+        return (clast_brdf_answer){.density = 0.0f};
+    }
+    clast_brdf_answer answer = brdf_evaluate(at->brdf, at->view, local);
+    float fade = shadow_terminator(geometric, local[2], dot3(at->point.geometric_normal, at->point.normal));
+    answer.value = store3(load3(answer.value) * fade);
+    return answer;
+}
+
+// Adds a shadow ray to the batch where a light is there to be seen.
+static bool sample_light(const clast_render_target *target, const clast_path *path, const interaction *at, uint32_t bounce, clast_ray *ray,
+                         vec3 *radiance)
+{
+    vec2 u = next_square(target, path->seed, bounce, USE_LIGHT);
+    float choice = next_square(target, path->seed, bounce, USE_CHOICE)[0];
+    clast_light_sample light = clast_lights_sample(target->lights, &path->shares, at->point.position, choice, u);
+    if (!(light.density > 0.0f) || !(largest3(light.radiance) > 0.0f)) {
+        return false;
+    }
+    clast_brdf_answer answer = scatter(at, light.direction);
+    float weight = light.is_point ? 1.0f : mis_weight(light.density, answer.density);
+    *radiance = path->throughput * load3(answer.value) * light.radiance * (weight / light.density);
+    if (!(largest3(*radiance) > 0.0f)) {
+        return false;
+    }
+    if (light.is_distant) {
+        *ray = leave_surface(&at->point, light.direction, INFINITY);
+    } else {
+        vec3 origin = at->point.position + at->point.geometric_normal * at->point.offset;
+        *ray = leave_surface(&at->point, light.target - origin, 1.0f);
+    }
+    return true;
+}
+
+// Chooses where the path goes on; false where it ends.
+static bool sample_direction(const clast_render_target *target, clast_path *path, const interaction *at, uint32_t bounce)
+{
+    vec2 u = next_square(target, path->seed, bounce, USE_DIRECTION);
+    float lobe = next_square(target, path->seed, bounce, USE_CHOICE)[1];
+    vec3 local = brdf_direction(at->brdf, at->view, u, lobe);
+    if (!(local[2] > 0.0f)) {
+        return false;
+    }
+    vec3 direction = normalize3(from_basis(at->frame, local));
+    clast_brdf_answer answer = scatter(at, direction);
+    if (!(answer.density > 0.0f)) {
+        return false;
+    }
+    path->throughput = path->throughput * load3(answer.value) * (1.0f / answer.density);
+    path->direction = direction;
+    path->density = answer.density;
+    // Light that is focused by a sharp surface onto a dull one is found by rare chance; seen from dull surfaces, sharp ones
+    // are blurred (Kaplanyan and Dachsbacher, Path Space Regularization for Holistic and Robust Light Transport, 2013).
+    bool specular = lobe < at->brdf.specular_share;
+    path->alpha_floor = max1(path->alpha_floor, specular ? GLOSSY_WIDTH * at->brdf.alpha : DIFFUSE_WIDTH);
+    return largest3(path->throughput) > 0.0f;
+}
+
+// Paths that carry little end by chance; those that live carry the others' share.
+static bool survives(const clast_render_target *target, clast_path *path, uint32_t bounce)
+{
+    float chance = largest3(path->throughput);
+    if (bounce == 0 || chance >= 1.0f) {
+        return true;
+    }
+    chance = max1(chance, 0.02f);
+    if (next_square(target, path->seed, bounce, USE_ROULETTE)[0] >= chance) {
+        return false;
+    }
+    path->throughput = path->throughput * (1.0f / chance);
+    return true;
+}
+
+// --------------------------------------------------------------------------------------------------------------- a tile
+
+typedef struct tile_job {
+    const clast_frame *frame;
+    clast_render_target *target;
+    clast_scratch *scratch;
+    uint32_t path_count;
+    uint32_t shadow_count;
+} tile_job;
+
+static void add3(float *sums, uint32_t pixel, vec3 value)
+{
+    for (int c = 0; c < 3; c++) {
+        sums[3 * (size_t)pixel + (size_t)c] += value[c];
+    }
+}
+
+static void finish_path(const tile_job *job, const clast_path *path)
+{
+    clast_render_target *target = job->target;
+    vec3 radiance = path->radiance;
+    if (!is_finite3(radiance)) {
+        atomic_fetch_add_explicit(&target->rejected, 1, memory_order_relaxed);
+        radiance = splat3(0.0f);
+    }
+    add3(target->sums[CLAST_VIEW_COLOUR], path->pixel, radiance);
+}
+
+static void add_surface_views(clast_render_target *target, uint32_t pixel, const clast_shading_point *point)
+{
+    if (target->sums[CLAST_VIEW_ALBEDO] != NULL) {
+        add3(target->sums[CLAST_VIEW_ALBEDO], pixel, point->base_colour);
+    }
+    if (target->sums[CLAST_VIEW_NORMAL] != NULL) {
+        add3(target->sums[CLAST_VIEW_NORMAL], pixel, point->normal);
+    }
+    // A mean over an edge or a seam would be no place at all.
+    if (target->sums[CLAST_VIEW_UV] != NULL && target->sample == 0) {
+        target->sums[CLAST_VIEW_UV][2 * (size_t)pixel] = point->coordinates[0];
+        target->sums[CLAST_VIEW_UV][2 * (size_t)pixel + 1] = point->coordinates[1];
+    }
+}
+
+static void add_distant_light(const tile_job *job, clast_path *path, uint32_t bounce)
+{
+    const clast_lights *lights = job->target->lights;
+    float weight = bounce == 0 ? 1.0f : mis_weight(path->density, clast_distant_density(lights, &path->shares, path->direction));
+    path->radiance = path->radiance + path->throughput * clast_distant_radiance(lights, path->direction) * weight;
+}
+
+static void add_emission(const tile_job *job, clast_path *path, const clast_visibility *seen, const clast_shading_point *point, uint32_t bounce)
+{
+    if (!(largest3(point->emission) > 0.0f)) {
+        return;
+    }
+    float weight = 1.0f;
+    if (bounce != 0) {
+        float cosine = dot3(point->geometric_normal, path->direction);
+        float other = clast_emitter_density(job->target->lights, &path->shares, point->frame_instance, point->primitive, seen->distance, cosine);
+        weight = mis_weight(path->density, other);
+    }
+    path->radiance = path->radiance + path->throughput * point->emission * weight;
+}
+
+// Takes path `from` a step on from what its ray saw. Where it goes on, it becomes path `to` with its next ray.
+static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce)
+{
+    clast_render_target *target = job->target;
+    clast_scratch *scratch = job->scratch;
+    clast_path path = scratch->paths[from];
+    const clast_visibility *seen = &scratch->seen[from];
+    bool has_colour = target->sums[CLAST_VIEW_COLOUR] != NULL;
+    if (seen->instance == CLAST_NONE) {
+        if (has_colour) {
+            add_distant_light(job, &path, bounce);
+            finish_path(job, &path);
+        }
+        return false;
+    }
+    clast_shading_point point = clast_shading_point_at(job->frame, &target->srgb, seen, path.direction * -1.0f);
+    if (bounce == 0) {
+        add_surface_views(target, path.pixel, &point);
+    }
+    if (!has_colour) {
+        return false;
+    }
+    add_emission(job, &path, seen, &point, bounce);
+    bool goes_on = bounce < target->settings.bounces;
+    if (goes_on) {
+        interaction at = interact(&path, &point);
+        path.shares = clast_lights_share(target->lights, point.position, point.geometric_normal, point.normal);
+        uint32_t shadow = job->shadow_count;
+        if (sample_light(target, &path, &at, bounce, &scratch->shadow_rays[shadow], &scratch->shadow_radiance[shadow])) {
+            scratch->shadow_paths[shadow] = from; // until the path is known to go on
+            job->shadow_count++;
+        }
+        goes_on = sample_direction(target, &path, &at, bounce) && survives(target, &path, bounce);
+        if (goes_on) {
+            scratch->rays[to] = leave_surface(&point, path.direction, INFINITY);
+        }
+    }
+    scratch->paths[from] = path;
+    return goes_on;
+}
+
+static void trace_shadows(tile_job *job)
+{
+    clast_scratch *scratch = job->scratch;
+    clast_hit_filter filter = {clast_alpha_accepts_by_chance, (void *)job->frame};
+    clast_trace_any(job->frame->tlas, scratch->shadow_rays, job->shadow_count, &filter, scratch->occluded);
+    for (uint32_t i = 0; i < job->shadow_count; i++) {
+        if (scratch->occluded[i] == 0) {
+            clast_path *path = &scratch->paths[scratch->shadow_paths[i]];
+            path->radiance = path->radiance + scratch->shadow_radiance[i];
+        }
+    }
+}
+
+static void begin_paths(tile_job *job, clast_tile tile)
+{
+    clast_render_target *target = job->target;
+    for (uint32_t i = 0; i < tile.width * tile.height; i++) {
+        uint32_t x = tile.x + i % tile.width, y = tile.y + i / tile.width;
+        uint32_t pixel = y * target->width + x;
+        job->scratch->paths[i] = (clast_path){
+            .throughput = splat3(1.0f),
+            .radiance = splat3(0.0f),
+            .direction = load3(clast_primary_ray(job->frame, target, x, y).direction),
+            .pixel = pixel,
+            .seed = pixel_seed(target, x, y),
+        };
+        job->scratch->seen[i] = target->visibility[pixel];
+    }
+    job->path_count = tile.width * tile.height;
+}
+
+// All paths take a step; those that end are finished, the others close ranks.
+static void step_paths(tile_job *job, uint32_t bounce)
+{
+    clast_scratch *scratch = job->scratch;
+    bool goes_on[CLAST_TILE_PIXELS];
+    uint32_t count = 0;
+    job->shadow_count = 0;
+    for (uint32_t i = 0; i < job->path_count; i++) {
+        goes_on[i] = step_path(job, i, count, bounce);
+        count += goes_on[i];
+    }
+    trace_shadows(job);
+    clast_hit_filter filter = {clast_alpha_accepts_by_chance, (void *)job->frame};
+    clast_trace_closest(job->frame->tlas, scratch->rays, count, &filter, scratch->hits);
+    atomic_fetch_add_explicit(&job->target->rays, job->shadow_count + count, memory_order_relaxed);
+    uint32_t place = 0;
+    for (uint32_t i = 0; i < job->path_count; i++) {
+        if (goes_on[i]) {
+            scratch->paths[place++] = scratch->paths[i];
+        } else if (scratch->seen[i].instance != CLAST_NONE && job->target->sums[CLAST_VIEW_COLOUR] != NULL) {
+            finish_path(job, &scratch->paths[i]);
+        }
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        scratch->seen[i] = clast_visibility_of_hit(&scratch->hits[i]);
+    }
+    job->path_count = count;
+}
+
+void clast_shade_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch, clast_tile tile)
+{
+    tile_job job = {.frame = frame, .target = target, .scratch = scratch};
+    begin_paths(&job, tile);
+    for (uint32_t bounce = 0; job.path_count != 0; bounce++) {
+        step_paths(&job, bounce);
+    }
+}

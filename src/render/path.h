@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Paths of light, followed from the camera, a tile of pixels at a time: all paths of a tile take a step together, so that
+// their rays reach accel/ in batches.
+#ifndef CLAST_RENDER_PATH_H
+#define CLAST_RENDER_PATH_H
+
+#include "render/lights.h"
+#include "render/render.h"
+#include "render/surface.h"
+#include "shared/camera.h"
+
+enum { CLAST_TILE_WIDTH = 32, CLAST_TILE_HEIGHT = 16, CLAST_TILE_PIXELS = CLAST_TILE_WIDTH * CLAST_TILE_HEIGHT };
+
+// One light path.
+typedef struct clast_path {
+    vec3 throughput;
+    vec3 radiance;              // found so far
+    vec3 direction;             // of the ray under way, unit length
+    clast_light_shares shares;  // of the point where it began
+    float density;              // with which it was chosen, by solid angle
+    float alpha_floor;          // least width of the lobes to come
+    uint32_t pixel;
+    uint32_t seed;
+} clast_path;
+
+// A worker's memory for a tile.
+typedef struct clast_scratch {
+    clast_path paths[CLAST_TILE_PIXELS];
+    clast_visibility seen[CLAST_TILE_PIXELS]; // by each path's ray
+    clast_ray rays[CLAST_TILE_PIXELS];
+    clast_hit hits[CLAST_TILE_PIXELS];
+    clast_ray shadow_rays[CLAST_TILE_PIXELS];
+    vec3 shadow_radiance[CLAST_TILE_PIXELS]; // that arrives where nothing is in between
+    uint32_t shadow_paths[CLAST_TILE_PIXELS];
+    uint8_t occluded[CLAST_TILE_PIXELS];
+} clast_scratch;
+
+// Pixels of the picture: [x, x + width) x [y, y + height), of a tile's size at most.
+typedef struct clast_tile {
+    uint32_t x, y, width, height;
+} clast_tile;
+
+// The ray of a pixel's sample under way.
+clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, uint32_t x, uint32_t y);
+clast_ray clast_ray_of(clast_camera_ray ray);
+
+// Follows the paths of a tile and adds what they find to the target's sums.
+void clast_shade_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch, clast_tile tile);
+
+#endif

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfaces: sources give attributes, materials and their textures give the rest.
+#include "render/surface.h"
+
+#include "shared/brdf.h"
+
+static vec3 absolute3(vec3 v)
+{
+    return vec3(abs1(v[0]), abs1(v[1]), abs1(v[2]));
+}
+
+// Scaled first: the squares of very small and very large vectors are not numbers.
+static vec3 direction_of(vec3 v, vec3 otherwise)
+{
+    float largest = largest3(absolute3(v));
+    return largest > 0.0f && is_finite1(largest) ? normalize3(v * (1.0f / largest)) : otherwise;
+}
+
+clast_visibility clast_visibility_of_hit(const clast_hit *hit)
+{
+    vec3 normal = direction_of(vec3(hit->normal[0], hit->normal[1], hit->normal[2]), vec3(0.0f, 1.0f, 0.0f));
+    bool found = hit->instance != CLAST_NONE;
+    return (clast_visibility){
+        .instance = hit->instance,
+        .cluster = found ? hit->cluster : CLAST_NONE,
+        .triangle = found ? hit->triangle : CLAST_NONE,
+        .barycentrics = found ? (packed2){{hit->u, hit->v}} : (packed2){{0.0f, 0.0f}},
+        .distance = found ? hit->t : INFINITY,
+        .normal = found ? store3(normal) : (packed3){{0.0f, 0.0f, 0.0f}},
+        .steps = hit->steps,
+    };
+}
+
+// ------------------------------------------------------------------------------------------------- where rays begin
+
+// |M| v
+static vec3 transform_absolute(const clast_transform *t, vec3 v)
+{
+    vec3 result = splat3(0.0f);
+    for (int i = 0; i < 3; i++) {
+        const float *row = t->rows[i].v;
+        result[i] = abs1(row[0]) * v[0] + abs1(row[1]) * v[1] + abs1(row[2]) * v[2];
+    }
+    return result;
+}
+
+static vec3 translation(const clast_transform *t)
+{
+    return vec3(t->rows[0].v[3], t->rows[1].v[3], t->rows[2].v[3]);
+}
+
+// Running error analysis as in Pharr, Jakob and Humphreys, Physically Based Rendering, 3rd ed., 3.9: a sum of n products is off
+// by at most n + 1 roundings of the sum of their sizes. Into the object's space and back, since the next ray is brought there
+// with an error of its own.
+vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, vec3 position)
+{
+    const float rounding = 5.9604645e-8f; // half a unit of the last place of 1
+    const clast_transform *m = &instance->to_world, *inverse = &instance->to_object;
+    vec3 object = largest * (16.0f * rounding); // interpolation, and the ray test's own differences of corners
+    vec3 there = absolute3(position);
+    object = object + (transform_absolute(inverse, there) + absolute3(translation(inverse))) * (4.0f * rounding);
+    vec3 world = (transform_absolute(m, largest) + absolute3(translation(m))) * (4.0f * rounding);
+    return transform_absolute(m, object) + world + there * (2.0f * rounding);
+}
+
+// ---------------------------------------------------------------------------------------------------------- surface
+
+static void triangle_corners(const clast_frame *frame, const clast_frame_unit *unit, const clast_cluster_record *record, uint32_t triangle,
+                             vec3 corners[3])
+{
+    const packed3 *vertices = clast_source_of(unit->unit)->resident(unit->unit, record);
+    if (vertices == NULL) {
+        vertices = unit->vertices + record->first_vertex;
+    }
+    uint32_t indices[3];
+    clast_template_triangle(frame->cooked->templates, record->template_index, triangle, indices);
+    for (int i = 0; i < 3; i++) {
+        corners[i] = load3(vertices[indices[i]]);
+    }
+}
+
+// The position comes from the triangle that was traced, not from the source's smooth surface: rays that leave a curved
+// surface would begin behind the triangles that stand for it.
+static void place_point(const clast_frame *frame, const clast_frame_unit *unit, const clast_frame_instance *instance,
+                        const clast_visibility *seen, clast_shading_point *point)
+{
+    vec3 corner[3];
+    triangle_corners(frame, unit, &unit->records[seen->cluster], seen->triangle, corner);
+    vec2 weights = load2(seen->barycentrics);
+    vec3 object = corner[0] + (corner[1] - corner[0]) * weights[0] + (corner[2] - corner[0]) * weights[1];
+    vec3 largest = max3(max3(absolute3(corner[0]), absolute3(corner[1])), absolute3(corner[2]));
+    point->position = transform_point(instance->to_world, object);
+    vec3 error = clast_position_error(instance, largest, point->position);
+    point->offset = 2.0f * dot3(absolute3(point->geometric_normal), error);
+}
+
+static vec3 map_normal(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
+                       const clast_frame_instance *instance, vec3 normal)
+{
+    if (material->normal_texture.texture == CLAST_NONE) {
+        return normal;
+    }
+    vec3 tangent = transform_vector(instance->to_world, surface->tangent);
+    tangent = direction_of(tangent, splat3(0.0f));
+    tangent = direction_of(tangent - normal * dot3(normal, tangent), splat3(0.0f));
+    if (dot3(tangent, tangent) == 0.0f) {
+        return normal;
+    }
+    // A mirrored instance turns the cross product around.
+    float sign = transform_determinant(instance->to_world) < 0.0f ? -surface->bitangent_sign : surface->bitangent_sign;
+    vec3 bitangent = cross3(normal, tangent) * sign;
+    vec4 texel = clast_texture_value(scene, material->normal_texture, surface->coordinates, NULL, vec4(0.5f, 0.5f, 1.0f, 1.0f));
+    float x = (2.0f * texel[0] - 1.0f) * material->normal_scale;
+    float y = (2.0f * texel[1] - 1.0f) * material->normal_scale;
+    return direction_of(tangent * x + bitangent * y + normal * (2.0f * texel[2] - 1.0f), normal);
+}
+
+static void shade_normal(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
+                         const clast_frame_instance *instance, vec3 view, clast_shading_point *point)
+{
+    vec3 normal = direction_of(transform_transposed(instance->to_object, surface->normal), point->geometric_normal);
+    vec3 mapped = map_normal(scene, material, surface, instance, normal);
+    // Seen from behind, all normals turn around (glTF 2.0, double sided).
+    if (dot3(normal, point->geometric_normal) < 0.0f) {
+        mapped = mapped * -1.0f;
+    }
+    point->normal = shading_normal_repair(mapped, point->geometric_normal, view);
+}
+
+vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2], const clast_srgb_table *table)
+{
+    vec3 emission = load3(material->emissive);
+    if (largest3(emission) > 0.0f && material->emissive_texture.texture != CLAST_NONE) {
+        vec4 texel = clast_texture_value(scene, material->emissive_texture, coordinates, table, vec4(1.0f, 1.0f, 1.0f, 1.0f));
+        emission = emission * max3(vec3(texel[0], texel[1], texel[2]), splat3(0.0f));
+    }
+    return emission;
+}
+
+static vec3 clamp_unit3(vec3 v)
+{
+    return vec3(clamp1(v[0], 0.0f, 1.0f), clamp1(v[1], 0.0f, 1.0f), clamp1(v[2], 0.0f, 1.0f));
+}
+
+static void shade_material(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
+                           const clast_srgb_table *table, clast_shading_point *point)
+{
+    const vec4 one = vec4(1.0f, 1.0f, 1.0f, 1.0f);
+    vec4 colour = load4(material->base_colour) * surface->colour;
+    colour = colour * clast_texture_value(scene, material->base_colour_texture, surface->coordinates, table, one);
+    vec4 rough = clast_texture_value(scene, material->metallic_roughness_texture, surface->coordinates, NULL, one);
+    point->base_colour = clamp_unit3(vec3(colour[0], colour[1], colour[2]));
+    point->roughness = clamp1(material->roughness * rough[1], 0.0f, 1.0f);
+    point->metallic = clamp1(material->metallic * rough[2], 0.0f, 1.0f);
+    point->emission = clast_emission(scene, material, surface->coordinates, table);
+    point->coordinates = surface->coordinates[0];
+}
+
+static const clast_material *material_of(const clast_scene *scene, uint32_t number)
+{
+    return &scene->materials[number < scene->material_count ? number : 0].record;
+}
+
+clast_shading_point clast_shading_point_at(const clast_frame *frame, const clast_srgb_table *table, const clast_visibility *seen, vec3 view)
+{
+    clast_shading_point point;
+    point.frame_instance = frame->frame_instance_of[seen->instance];
+    const clast_frame_instance *instance = &frame->instances[point.frame_instance];
+    const clast_frame_unit *unit = &frame->units[instance->unit];
+    const clast_source *source = clast_source_of(unit->unit);
+    vec3 geometric = load3(seen->normal);
+    point.geometric_normal = dot3(geometric, view) < 0.0f ? geometric * -1.0f : geometric;
+    place_point(frame, unit, instance, seen, &point);
+    clast_surface_point on_source =
+        source->locate(unit->unit, &unit->pose, &unit->records[seen->cluster], seen->triangle, load2(seen->barycentrics));
+    clast_source_surface surface = source->evaluate(unit->unit, &unit->pose, on_source);
+    point.primitive = on_source.primitive;
+    const clast_material *material = material_of(frame->scene, surface.material);
+    shade_material(frame->scene, material, &surface, table, &point);
+    shade_normal(frame->scene, material, &surface, instance, view, &point);
+    return point;
+}
+
+float clast_hit_alpha(const clast_frame *frame, const clast_hit *hit, const clast_material **material)
+{
+    const clast_frame_instance *instance = &frame->instances[frame->frame_instance_of[hit->instance]];
+    const clast_frame_unit *unit = &frame->units[instance->unit];
+    const clast_source *source = clast_source_of(unit->unit);
+    clast_surface_point point =
+        source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster], hit->triangle, vec2(hit->u, hit->v));
+    clast_source_surface surface = source->evaluate(unit->unit, &unit->pose, point);
+    *material = material_of(frame->scene, surface.material);
+    float alpha = (*material)->base_colour.v[3] * surface.colour[3];
+    return alpha * clast_texture_alpha(frame->scene, (*material)->base_colour_texture, surface.coordinates);
+}

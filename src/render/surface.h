@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a hit to what is there: position, normals, material.
+#ifndef CLAST_RENDER_SURFACE_H
+#define CLAST_RENDER_SURFACE_H
+
+#include "frame/frame.h"
+#include "render/texture.h"
+
+// A hit, ready to be shaded.
+typedef struct clast_shading_point {
+    vec3 position;         // on the triangle that the ray hit, world space
+    vec3 geometric_normal; // unit length, on the viewer's side
+    vec3 normal;           // to shade with: unit length, normal map applied, repaired; on the viewer's side
+    float offset;          // how far along the geometric normal a ray must begin, so that it cannot hit this surface again
+    vec3 base_colour;
+    float metallic;
+    float roughness;
+    vec3 emission;
+    vec2 coordinates;
+    uint32_t frame_instance;
+    uint32_t primitive;
+} clast_shading_point;
+
+// What a ray found, for the visibility buffer.
+clast_visibility clast_visibility_of_hit(const clast_hit *hit);
+
+// `view` is the unit vector towards where the ray came from.
+clast_shading_point clast_shading_point_at(const clast_frame *frame, const clast_srgb_table *table, const clast_visibility *seen, vec3 view);
+
+// The light that a material sends out at texture coordinates.
+vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2], const clast_srgb_table *table);
+
+// An upper bound of what arithmetic may displace a point of an instance by, on each axis of the world, on the way to world
+// space and back: `largest` bounds the object's coordinates there, `position` is in world space.
+vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, vec3 position);
+
+// A material and coordinates of a candidate hit, for alpha.
+float clast_hit_alpha(const clast_frame *frame, const clast_hit *hit, const clast_material **material);
+
+#endif
