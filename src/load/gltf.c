@@ -16,7 +16,7 @@ static const char *const EXTENSIONS[] = {
     "KHR_mesh_quantization",   "KHR_texture_transform",
 };
 
-bool clast_gltf_has_extension(const char *name)
+static bool has_extension(const char *name)
 {
     for (size_t i = 0; i < sizeof EXTENSIONS / sizeof *EXTENSIONS; i++) {
         if (strcmp(EXTENSIONS[i], name) == 0) {
@@ -127,7 +127,7 @@ static bool check_extensions(clast_gltf *gltf)
         if (name == NULL) {
             return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &element, "expected the name of an extension");
         }
-        if (!clast_gltf_has_extension(name)) {
+        if (!has_extension(name)) {
             return clast_gltf_fail(gltf, CLAST_ERROR_UNSUPPORTED, NULL, "needs the extension %.80s", name);
         }
     }
@@ -135,7 +135,7 @@ static bool check_extensions(clast_gltf *gltf)
     for (size_t i = 0; i < clast_gltf_size(&used); i++) {
         clast_gltf_value element = clast_gltf_element(&used, i);
         const char *name = json_string_value(element.json);
-        if (name != NULL && !clast_gltf_has_extension(name)) {
+        if (name != NULL && !has_extension(name)) {
             clast_gltf_warn(gltf, &element, "the extension %.80s is not followed", name);
         }
     }

@@ -37,6 +37,19 @@ typedef struct clast_gltf_value {
     json_t *json;                          // null where it is absent
 } clast_gltf_value;
 
+// Three rows of four, x' = row . (x, y, z, 1), in double precision: deep trees far from the origin keep their places.
+typedef struct clast_gltf_transform {
+    double rows[3][4];
+} clast_gltf_transform;
+
+// What a node does to the mesh that it shows: weights of morph targets, and where the joints of its skin have moved.
+typedef struct clast_gltf_pose {
+    const float *weights; // null: the mesh's own
+    size_t weight_count;
+    const clast_gltf_transform *joints; // null: no skin
+    size_t joint_count;
+} clast_gltf_pose;
+
 typedef struct clast_gltf_buffer {
     bool opened;
     bool is_binary_chunk;
@@ -166,6 +179,9 @@ bool clast_gltf_accessor_is(clast_gltf *gltf, const clast_gltf_value *user, cons
                             uint32_t columns, uint32_t rows);
 // All elements as floats: count * columns * rows of them. Normalised ones by section 3.6.2.2.
 void clast_gltf_read_floats(const clast_gltf_accessor *accessor, float *floats);
+// The same for what a value names, in a new block; null on failure. `*count` is what is expected, or 0 for any; it is set.
+float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uint32_t components, uint32_t columns, uint32_t rows,
+                             uint64_t *count);
 // All elements of an unsigned type as integers.
 void clast_gltf_read_integers(const clast_gltf_accessor *accessor, uint32_t *integers);
 // The elements where they lie, kept by the scene: for tightly packed 4-byte components in a mapped buffer. Null otherwise.
@@ -180,13 +196,26 @@ void clast_gltf_read_images(clast_gltf *gltf);
 // A material, read when first asked for. Null on failure.
 const clast_gltf_material *clast_gltf_use_material(clast_gltf *gltf, uint32_t index);
 
-// -------------------------------------------------------------------------------------------- gltf_mesh.c, gltf_node.c
+// -------------------------------------------------------------------------------------------- gltf_mesh.c, gltf_pose.c
 
-// Reads a mesh's primitives once; gives where its geometries begin in gltf->geometries, one for each primitive.
-bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, uint32_t *first, uint32_t *count);
+// Reads a mesh's primitives; gives where its geometries begin in gltf->geometries, one for each primitive. Without a pose they
+// are read once and shared.
+bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose *pose, uint32_t *first, uint32_t *count);
+
+// The weights of morph targets that a mesh or a node has, in a new block; null where it has none, or on failure.
+float *clast_gltf_read_weights(clast_gltf *gltf, const clast_gltf_value *object, size_t *count);
+// Adds morph targets to a primitive's arrays, and moves them by the joints. Normals and tangents may be null.
+bool clast_gltf_morph(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose, const clast_mesh *mesh,
+                      float *positions, float *normals, float *tangents);
+bool clast_gltf_skin(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose, const clast_mesh *mesh,
+                     float *positions, float *normals, float *tangents);
+
+// ------------------------------------------------------------------------------------------ gltf_node.c, gltf_camera.c
+
 // Adds the default scene's nodes: instances, cameras, lights.
 void clast_gltf_read_nodes(clast_gltf *gltf);
-// The extensions that the reader follows.
-bool clast_gltf_has_extension(const char *name);
+// Adds the camera or the light of a node, where it has one.
+void clast_gltf_add_camera(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *to_world);
+void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *to_world);
 
 #endif

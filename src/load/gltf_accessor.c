@@ -277,6 +277,30 @@ void clast_gltf_read_floats(const clast_gltf_accessor *accessor, float *floats)
     }
 }
 
+float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uint32_t components, uint32_t columns, uint32_t rows,
+                             uint64_t *count)
+{
+    clast_gltf_accessor accessor;
+    uint32_t index = clast_gltf_value_index(gltf, user, CLAST_GLTF_ACCESSORS);
+    if (index == CLAST_NONE || !clast_gltf_open_accessor(gltf, user, index, &accessor) ||
+        !clast_gltf_accessor_is(gltf, user, &accessor, components, columns, rows)) {
+        return NULL;
+    }
+    if (*count != 0 && *count != accessor.count) {
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, user, "%llu elements: expected %llu", (unsigned long long)accessor.count,
+                        (unsigned long long)*count);
+        return NULL;
+    }
+    *count = accessor.count;
+    float *floats = clast_allocate(gltf->context, accessor.count, columns * rows * sizeof *floats);
+    if (floats == NULL) {
+        clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
+        return NULL;
+    }
+    clast_gltf_read_floats(&accessor, floats);
+    return floats;
+}
+
 void clast_gltf_read_integers(const clast_gltf_accessor *accessor, uint32_t *integers)
 {
     size_t components = (size_t)accessor->columns * accessor->rows;

@@ -31,6 +31,33 @@ static void *add_block(clast_gltf *gltf, primitive *made, size_t count, size_t s
     return block;
 }
 
+// Frees a block that is not needed any more; what is none of the blocks lies in a file.
+static void drop_block(clast_gltf *gltf, primitive *made, const void *array)
+{
+    for (uint32_t i = 0; i < made->block_count; i++) {
+        if (made->blocks[i] == array) {
+            clast_free(gltf->context, made->blocks[i]);
+            made->blocks[i] = made->blocks[--made->block_count];
+            return;
+        }
+    }
+}
+
+// An array that may be written to: itself where it is a block, a copy where it lies in a file. Null for null, or on failure.
+static float *writable(clast_gltf *gltf, primitive *made, const float *array, size_t count)
+{
+    for (uint32_t i = 0; i < made->block_count; i++) {
+        if (made->blocks[i] == array) {
+            return made->blocks[i];
+        }
+    }
+    float *block = array != NULL ? add_block(gltf, made, count, sizeof *block) : NULL;
+    if (block != NULL) {
+        memcpy(block, array, count * sizeof *block);
+    }
+    return block;
+}
+
 static void free_blocks(clast_gltf *gltf, primitive *made)
 {
     for (uint32_t i = 0; i < made->block_count; i++) {
@@ -192,7 +219,6 @@ static void repair_normals(clast_gltf *gltf, primitive *made)
         clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
         return;
     }
-    made->blocks[made->block_count++] = normals;
     for (size_t i = 0; i < mesh->vertex_count; i++) {
         const float *given = mesh->normals + 3 * i;
         float largest = largest3(vec3(abs1(given[0]), abs1(given[1]), abs1(given[2])));
@@ -202,6 +228,8 @@ static void repair_normals(clast_gltf *gltf, primitive *made)
             memcpy(normals + 3 * i, stored.v, sizeof stored.v);
         }
     }
+    drop_block(gltf, made, mesh->normals);
+    made->blocks[made->block_count++] = normals;
     mesh->normals = normals;
 }
 
@@ -298,6 +326,7 @@ static void read_triangles(clast_gltf *gltf, primitive *made, const clast_gltf_v
         }
     } else {
         expand(mode, list, triangles, indices);
+        drop_block(gltf, made, list);
     }
     made->mesh.indices = indices;
 }
@@ -334,7 +363,34 @@ static void derive_tangents(clast_gltf *gltf, primitive *made, const clast_gltf_
     made->mesh.tangents = tangents;
 }
 
-static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, uint32_t mode, const clast_gltf_material *material)
+// Moves the vertices by morph targets and joints, where there are any.
+static void pose_vertices(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, const clast_gltf_pose *pose)
+{
+    bool has_weights = false;
+    for (size_t i = 0; i < pose->weight_count; i++) {
+        has_weights |= pose->weights[i] != 0.0f;
+    }
+    if (!has_weights && pose->joints == NULL) {
+        return;
+    }
+    clast_mesh *mesh = &made->mesh;
+    size_t count = mesh->vertex_count;
+    float *positions = writable(gltf, made, mesh->positions, 3 * count);
+    float *normals = clast_gltf_ok(gltf) ? writable(gltf, made, mesh->normals, 3 * count) : NULL;
+    float *tangents = clast_gltf_ok(gltf) ? writable(gltf, made, mesh->tangents, 4 * count) : NULL;
+    mesh->positions = positions;
+    mesh->normals = normals;
+    mesh->tangents = tangents;
+    bool is_posed = clast_gltf_ok(gltf) && (!has_weights || clast_gltf_morph(gltf, value, pose, mesh, positions, normals, tangents)) &&
+                    (pose->joints == NULL || clast_gltf_skin(gltf, value, pose, mesh, positions, normals, tangents));
+    if (is_posed && all_finite(gltf, value, positions, count, 3) && (normals == NULL || all_finite(gltf, value, normals, count, 3)) &&
+        tangents != NULL) {
+        all_finite(gltf, value, tangents, count, 4);
+    }
+}
+
+static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, uint32_t mode, const clast_gltf_material *material,
+                        const clast_gltf_pose *pose)
 {
     clast_gltf_value attributes = clast_gltf_object(gltf, value, "attributes");
     clast_gltf_value positions = clast_gltf_member(&attributes, "POSITION");
@@ -356,6 +412,9 @@ static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_valu
     }
     if (clast_gltf_ok(gltf)) {
         read_triangles(gltf, made, value, mode);
+    }
+    if (clast_gltf_ok(gltf)) {
+        pose_vertices(gltf, made, value, pose);
     }
     if (clast_gltf_ok(gltf) && made->mesh.normals != NULL) {
         repair_normals(gltf, made);
@@ -384,7 +443,7 @@ static bool check_compression(clast_gltf *gltf, const clast_gltf_value *value)
 }
 
 // Reads a primitive into the scene; *geometry is CLAST_NONE where it draws nothing.
-static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, const char *name, uint32_t *geometry)
+static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, const char *name, const clast_gltf_pose *pose, uint32_t *geometry)
 {
     *geometry = CLAST_NONE;
     uint32_t mode = (uint32_t)clast_gltf_integer(gltf, value, "mode", 0, MODE_FAN, MODE_TRIANGLES);
@@ -413,7 +472,7 @@ static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, cons
         made.mesh.material = material->number;
     }
     if (clast_gltf_ok(gltf)) {
-        read_arrays(gltf, &made, value, mode, material);
+        read_arrays(gltf, &made, value, mode, material, pose);
     }
     if (!clast_gltf_ok(gltf) || made.mesh.triangle_count == 0) {
         free_blocks(gltf, &made);
@@ -422,34 +481,50 @@ static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, cons
     return clast_gltf_check(gltf, clast_scene_adopt_mesh(gltf->scene, &made.mesh, made.blocks, made.block_count, name, geometry));
 }
 
-bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, uint32_t *first, uint32_t *count)
+static bool read_primitives(clast_gltf *gltf, uint32_t mesh, const clast_gltf_value *value, const clast_gltf_value *primitives,
+                            const clast_gltf_pose *pose)
 {
-    clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_MESHES, mesh);
-    clast_gltf_value primitives = clast_gltf_array(gltf, &value, "primitives");
-    const char *name = clast_gltf_text(gltf, &value, "name");
-    if (!clast_gltf_ok(gltf)) {
+    const char *name = clast_gltf_text(gltf, value, "name");
+    size_t count = clast_gltf_size(primitives);
+    if (!clast_gltf_check(gltf, CLAST_RESERVE(gltf->context, gltf->geometries, gltf->geometry_capacity, gltf->geometry_count + count))) {
         return false;
     }
-    *count = (uint32_t)clast_gltf_size(&primitives);
-    if (*count == 0) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "no primitives: expected at least one");
-    }
-    if (gltf->mesh_geometries[mesh] != CLAST_NONE) {
-        *first = gltf->mesh_geometries[mesh];
-        return true;
-    }
-    size_t begin = gltf->geometry_count;
-    if (!clast_gltf_check(gltf, CLAST_RESERVE(gltf->context, gltf->geometries, gltf->geometry_capacity, begin + *count))) {
-        return false;
-    }
-    for (uint32_t i = 0; i < *count; i++) {
-        clast_gltf_value element = clast_gltf_element_object(gltf, &primitives, i);
-        if (!clast_gltf_ok(gltf) || !read_primitive(gltf, &element, name, &gltf->geometries[begin + i]) ||
+    for (size_t i = 0; i < count; i++) {
+        clast_gltf_value element = clast_gltf_element_object(gltf, primitives, i);
+        if (!clast_gltf_ok(gltf) || !read_primitive(gltf, &element, name, pose, &gltf->geometries[gltf->geometry_count + i]) ||
             !clast_gltf_check(gltf, clast_progress(gltf->context, "load", mesh, clast_gltf_size(&gltf->lists[CLAST_GLTF_MESHES])))) {
             return false;
         }
     }
-    gltf->geometry_count = begin + *count;
-    gltf->mesh_geometries[mesh] = *first = (uint32_t)begin;
+    return true;
+}
+
+bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose *pose, uint32_t *first, uint32_t *count)
+{
+    clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_MESHES, mesh);
+    clast_gltf_value primitives = clast_gltf_array(gltf, &value, "primitives");
+    *count = (uint32_t)clast_gltf_size(&primitives);
+    if (clast_gltf_ok(gltf) && *count == 0) {
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "no primitives: expected at least one");
+    }
+    if (clast_gltf_ok(gltf) && pose == NULL && gltf->mesh_geometries[mesh] != CLAST_NONE) {
+        *first = gltf->mesh_geometries[mesh];
+        return true;
+    }
+    clast_gltf_pose own = pose != NULL ? *pose : (clast_gltf_pose){0};
+    float *weights = clast_gltf_ok(gltf) && own.weights == NULL ? clast_gltf_read_weights(gltf, &value, &own.weight_count) : NULL;
+    if (weights != NULL) {
+        own.weights = weights;
+    }
+    bool is_read = clast_gltf_ok(gltf) && read_primitives(gltf, mesh, &value, &primitives, &own);
+    clast_free(gltf->context, weights);
+    if (!is_read) {
+        return false;
+    }
+    *first = (uint32_t)gltf->geometry_count;
+    gltf->geometry_count += *count;
+    if (pose == NULL) {
+        gltf->mesh_geometries[mesh] = *first;
+    }
     return true;
 }

@@ -7,38 +7,26 @@
 
 #include "load/gltf.h"
 
-static const float HALF_TURN = 3.14159265f;
-
-// Three rows of four, x' = row . (x, y, z, 1), in double precision: deep trees far from the origin keep their places.
-typedef struct transform {
-    double rows[3][4];
-} transform;
-
-typedef struct walk_step {
-    uint32_t node;
-    transform to_world;
-} walk_step;
-
 typedef struct walk {
     clast_gltf *gltf;
     uint32_t node_count;
-    uint32_t *parents; // CLAST_NONE for roots
-    walk_step *steps;  // nodes still to visit
-    size_t step_count, step_capacity;
-    clast_gltf_value lights_extension, lights_object, lights;
+    uint32_t *parents;              // CLAST_NONE for roots
+    clast_gltf_transform *to_world; // of each node
+    uint32_t *stack;                // nodes still to visit: each at most once
+    size_t stack_size;
 } walk;
 
 // ---------------------------------------------------------------------------------------------------------- transforms
 
-static transform identity(void)
+static clast_gltf_transform identity(void)
 {
-    return (transform){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    return (clast_gltf_transform){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 }
 
 // a after b.
-static transform product(const transform *a, const transform *b)
+static clast_gltf_transform product(const clast_gltf_transform *a, const clast_gltf_transform *b)
 {
-    transform result;
+    clast_gltf_transform result;
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 4; j++) {
             const double *row = a->rows[i];
@@ -49,7 +37,7 @@ static transform product(const transform *a, const transform *b)
 }
 
 // Translation after rotation after scale (section 3.5.3). The quaternion is made unit length.
-static transform compose(const float translation[3], const float rotation[4], const float scale[3])
+static clast_gltf_transform compose(const float translation[3], const float rotation[4], const float scale[3])
 {
     double x = (double)rotation[0], y = (double)rotation[1], z = (double)rotation[2], w = (double)rotation[3];
     double square = x * x + y * y + z * z + w * w;
@@ -59,7 +47,7 @@ static transform compose(const float translation[3], const float rotation[4], co
         {s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)},
         {s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)},
     };
-    transform result;
+    clast_gltf_transform result;
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             result.rows[i][j] = turn[i][j] * (double)scale[j];
@@ -69,15 +57,10 @@ static transform compose(const float translation[3], const float rotation[4], co
     return result;
 }
 
-static transform read_matrix(clast_gltf *gltf, const clast_gltf_value *node, const float columns[16])
+// A matrix by columns, without its last row.
+static clast_gltf_transform from_columns(const float columns[16])
 {
-    transform result = identity();
-    if (columns[3] != 0.0f || columns[7] != 0.0f || columns[11] != 0.0f || columns[15] != 1.0f) {
-        clast_gltf_value place = clast_gltf_member(node, "matrix");
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &place, "the last row is %g %g %g %g: expected 0 0 0 1", (double)columns[3],
-                        (double)columns[7], (double)columns[11], (double)columns[15]);
-        return result;
-    }
+    clast_gltf_transform result;
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 4; j++) {
             result.rows[i][j] = (double)columns[4 * j + i];
@@ -86,7 +69,17 @@ static transform read_matrix(clast_gltf *gltf, const clast_gltf_value *node, con
     return result;
 }
 
-static transform local_transform(clast_gltf *gltf, const clast_gltf_value *node)
+static clast_gltf_transform read_matrix(clast_gltf *gltf, const clast_gltf_value *node, const float columns[16])
+{
+    if (columns[3] != 0.0f || columns[7] != 0.0f || columns[11] != 0.0f || columns[15] != 1.0f) {
+        clast_gltf_value place = clast_gltf_member(node, "matrix");
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &place, "the last row is %g %g %g %g: expected 0 0 0 1", (double)columns[3],
+                        (double)columns[7], (double)columns[11], (double)columns[15]);
+    }
+    return from_columns(columns);
+}
+
+static clast_gltf_transform local_transform(clast_gltf *gltf, const clast_gltf_value *node)
 {
     float columns[16] = {0}, translation[3] = {0}, rotation[4] = {0, 0, 0, 1}, scale[3] = {1, 1, 1};
     bool has_matrix = clast_gltf_numbers(gltf, node, "matrix", 16, -FLT_MAX, FLT_MAX, columns);
@@ -104,7 +97,7 @@ static transform local_transform(clast_gltf *gltf, const clast_gltf_value *node)
 }
 
 // As floats; false, with its error, where they do not hold it.
-static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const transform *from, float floats[12])
+static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *from, float floats[12])
 {
     for (int i = 0; i < 12; i++) {
         floats[i] = (float)from->rows[i / 4][i % 4];
@@ -115,145 +108,9 @@ static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const tran
     return true;
 }
 
-// ----------------------------------------------------------------------------------------------------- cameras, lights
-
-// A column of a transform, without its scale.
-static void axis(const transform *to_world, int column, double sign, float out[3])
-{
-    double length = 0.0;
-    for (int i = 0; i < 3; i++) {
-        length += to_world->rows[i][column] * to_world->rows[i][column];
-    }
-    length = sqrt(length);
-    for (int i = 0; i < 3; i++) {
-        out[i] = length > 0.0 ? (float)(sign * to_world->rows[i][column] / length) : 0.0f;
-    }
-}
-
-static void read_projection(clast_gltf *gltf, const clast_gltf_value *value, clast_camera_desc *camera)
-{
-    const char *type = clast_gltf_text(gltf, value, "type");
-    bool is_perspective = type != NULL && strcmp(type, "perspective") == 0;
-    if (!is_perspective && (type == NULL || strcmp(type, "orthographic") != 0)) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "type \"%.40s\": expected perspective or orthographic", type != NULL ? type : "");
-        return;
-    }
-    clast_gltf_value part = clast_gltf_object(gltf, value, is_perspective ? "perspective" : "orthographic");
-    if (clast_gltf_ok(gltf) && part.json == NULL) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &part, "missing: expected an object");
-    }
-    camera->near_plane = clast_gltf_number(gltf, &part, "znear", 0.0f, FLT_MAX, 0.0f);
-    camera->far_plane = clast_gltf_number(gltf, &part, "zfar", 0.0f, FLT_MAX, 0.0f);
-    if (is_perspective) {
-        camera->projection = CLAST_PROJECTION_PERSPECTIVE;
-        camera->vertical_angle = clast_gltf_number(gltf, &part, "yfov", FLT_MIN, HALF_TURN - 1e-3f, 0.8f);
-    } else {
-        camera->projection = CLAST_PROJECTION_ORTHOGRAPHIC;
-        camera->height = 2.0f * fabsf(clast_gltf_number(gltf, &part, "ymag", -FLT_MAX / 4.0f, FLT_MAX / 4.0f, 0.0f));
-        if (clast_gltf_ok(gltf) && camera->height == 0.0f) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &part, "ymag: expected half the height of what is seen, not 0");
-        }
-    }
-}
-
-// Cameras look along -z with y up; scale does not act on them (section 3.10.2). The aspect ratio is the picture's.
-static void add_camera(clast_gltf *gltf, const clast_gltf_value *node, uint32_t index, const transform *to_world)
-{
-    clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_CAMERAS, index);
-    clast_camera_desc camera = {0};
-    read_projection(gltf, &value, &camera);
-    const char *name = clast_gltf_text(gltf, node, "name");
-    if (name == NULL) {
-        name = clast_gltf_text(gltf, &value, "name");
-    }
-    if (!clast_gltf_ok(gltf)) {
-        return;
-    }
-    float forward[3];
-    axis(to_world, 2, -1.0, forward);
-    axis(to_world, 1, 1.0, camera.up);
-    double reach = 1.0; // far enough that position and target differ as floats
-    for (int i = 0; i < 3; i++) {
-        reach = fmax(reach, fabs(to_world->rows[i][3]));
-    }
-    for (int i = 0; i < 3; i++) {
-        camera.position[i] = (float)to_world->rows[i][3];
-        camera.target[i] = (float)(to_world->rows[i][3] + (double)forward[i] * reach);
-    }
-    if (forward[0] == 0.0f && forward[1] == 0.0f && forward[2] == 0.0f) {
-        clast_gltf_warn(gltf, node, "the camera's direction is scaled to nothing: left out");
-        return;
-    }
-    uint32_t number;
-    clast_gltf_check(gltf, clast_scene_add_camera(gltf->scene, &camera, name, &number));
-}
-
-static bool read_light_type(clast_gltf *gltf, const clast_gltf_value *value, clast_light_type *type)
-{
-    static const char *const names[] = {
-#define NAME(name, value, text) [value] = text,
-        CLAST_LIGHT_LIST(NAME)
-#undef NAME
-    };
-    const char *text = clast_gltf_text(gltf, value, "type");
-    for (size_t i = 0; text != NULL && i < sizeof names / sizeof *names; i++) {
-        if (strcmp(names[i], text) == 0) {
-            *type = (clast_light_type)i;
-            return true;
-        }
-    }
-    return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "type \"%.40s\": expected point, spot or directional", text != NULL ? text : "");
-}
-
-// KHR_lights_punctual. Lights shine along -z.
-static void add_light(walk *walk, const clast_gltf_value *node, const transform *to_world)
-{
-    clast_gltf *gltf = walk->gltf;
-    clast_gltf_value extensions;
-    clast_gltf_value use = clast_gltf_extension(gltf, node, &extensions, "KHR_lights_punctual");
-    if (use.json == NULL) {
-        return;
-    }
-    uint64_t count = clast_gltf_size(&walk->lights);
-    uint64_t index = clast_gltf_integer(gltf, &use, "light", 0, count != 0 ? count - 1 : 0, CLAST_GLTF_REQUIRED);
-    if (clast_gltf_ok(gltf) && count == 0) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &use, "the file has no lights: expected extensions.KHR_lights_punctual.lights");
-    }
-    clast_light_desc light = {.colour = {1, 1, 1}};
-    if (!clast_gltf_ok(gltf)) {
-        return;
-    }
-    clast_gltf_value value = clast_gltf_element_object(gltf, &walk->lights, (size_t)index);
-    if (!clast_gltf_ok(gltf) || !read_light_type(gltf, &value, &light.type)) {
-        return;
-    }
-    clast_gltf_numbers(gltf, &value, "color", 3, 0.0f, FLT_MAX, light.colour);
-    light.intensity = clast_gltf_number(gltf, &value, "intensity", 0.0f, FLT_MAX, 1.0f);
-    light.range = clast_gltf_number(gltf, &value, "range", 0.0f, FLT_MAX, 0.0f);
-    if (light.type == CLAST_LIGHT_SPOT) {
-        clast_gltf_value cone = clast_gltf_object(gltf, &value, "spot");
-        light.outer_angle = clast_gltf_number(gltf, &cone, "outerConeAngle", 0.0f, HALF_TURN / 2.0f, HALF_TURN / 4.0f);
-        light.inner_angle = clast_gltf_number(gltf, &cone, "innerConeAngle", 0.0f, light.outer_angle, 0.0f);
-    }
-    const char *name = clast_gltf_text(gltf, node, "name");
-    name = name != NULL ? name : clast_gltf_text(gltf, &value, "name");
-    axis(to_world, 2, -1.0, light.direction);
-    for (int i = 0; i < 3; i++) {
-        light.position[i] = (float)to_world->rows[i][3];
-    }
-    if (light.type != CLAST_LIGHT_POINT && light.direction[0] == 0.0f && light.direction[1] == 0.0f && light.direction[2] == 0.0f) {
-        clast_gltf_warn(gltf, node, "the light's direction is scaled to nothing: left out");
-        return;
-    }
-    uint32_t number;
-    if (clast_gltf_ok(gltf)) {
-        clast_gltf_check(gltf, clast_scene_add_light(gltf->scene, &light, name, &number));
-    }
-}
-
 // ----------------------------------------------------------------------------------------------------------- instances
 
-static void add_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count, const transform *to_world)
+static void add_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count, const clast_gltf_transform *to_world)
 {
     float floats[12];
     const char *name = clast_gltf_text(gltf, node, "name");
@@ -273,32 +130,11 @@ static float *read_instances(clast_gltf *gltf, const clast_gltf_value *attribute
                              uint64_t *count)
 {
     clast_gltf_value place = clast_gltf_member(attributes, name);
-    clast_gltf_accessor accessor;
-    if (place.json == NULL || !clast_gltf_ok(gltf)) {
-        return NULL;
-    }
-    uint32_t index = clast_gltf_value_index(gltf, &place, CLAST_GLTF_ACCESSORS);
-    if (index == CLAST_NONE || !clast_gltf_open_accessor(gltf, &place, index, &accessor) ||
-        !clast_gltf_accessor_is(gltf, &place, &accessor, components, 1, rows)) {
-        return NULL;
-    }
-    if (*count != 0 && *count != accessor.count) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &place, "%llu elements: expected %llu, as the others have",
-                        (unsigned long long)accessor.count, (unsigned long long)*count);
-        return NULL;
-    }
-    float *floats = clast_allocate(gltf->context, accessor.count, rows * sizeof *floats);
-    if (floats == NULL) {
-        clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
-        return NULL;
-    }
-    clast_gltf_read_floats(&accessor, floats);
-    *count = accessor.count;
-    return floats;
+    return place.json != NULL && clast_gltf_ok(gltf) ? clast_gltf_read_block(gltf, &place, components, 1, rows, count) : NULL;
 }
 
 // EXT_mesh_gpu_instancing: false where the node does not have it.
-static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count, const transform *to_world)
+static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count, const clast_gltf_transform *to_world)
 {
     const uint32_t any_float = CLAST_GLTF_BIT(CLAST_GLTF_FLOAT);
     const uint32_t any_turn = any_float | CLAST_GLTF_BIT(CLAST_GLTF_BYTE) | CLAST_GLTF_BIT(CLAST_GLTF_SHORT);
@@ -314,9 +150,9 @@ static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, u
     float *rotations = read_instances(gltf, &attributes, "ROTATION", any_turn, 4, &many);
     float *scales = read_instances(gltf, &attributes, "SCALE", any_float, 3, &many);
     for (size_t i = 0; i < many && clast_gltf_ok(gltf); i++) {
-        transform local = compose(translations != NULL ? translations + 3 * i : none, rotations != NULL ? rotations + 4 * i : still,
+        clast_gltf_transform local = compose(translations != NULL ? translations + 3 * i : none, rotations != NULL ? rotations + 4 * i : still,
                                   scales != NULL ? scales + 3 * i : one);
-        transform whole = product(to_world, &local);
+        clast_gltf_transform whole = product(to_world, &local);
         add_instances(gltf, node, first, count, &whole);
     }
     clast_free(gltf->context, translations);
@@ -325,19 +161,72 @@ static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, u
     return true;
 }
 
-static void add_mesh(clast_gltf *gltf, const clast_gltf_value *node, const transform *to_world)
+// Where the joints of a skin are, against where they were bound (section 3.7.3): a new block, null on failure.
+static clast_gltf_transform *read_joints(walk *walk, uint32_t skin, size_t *count)
 {
+    clast_gltf *gltf = walk->gltf;
+    clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_SKINS, skin);
+    clast_gltf_value list = clast_gltf_array(gltf, &value, "joints");
+    clast_gltf_value matrices = clast_gltf_member(&value, "inverseBindMatrices");
+    uint64_t bound = *count = clast_gltf_size(&list);
+    if (clast_gltf_ok(gltf) && bound == 0) {
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "no joints: expected at least one");
+    }
+    if (!clast_gltf_ok(gltf)) {
+        return NULL;
+    }
+    float *inverse = NULL;
+    if (matrices.json != NULL) {
+        bound = 0; // there may be more matrices than joints
+        inverse = clast_gltf_read_block(gltf, &matrices, CLAST_GLTF_BIT(CLAST_GLTF_FLOAT), 4, 4, &bound);
+        if (inverse != NULL && bound < *count) {
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &matrices, "%llu matrices: expected one for each of the %zu joints",
+                            (unsigned long long)bound, *count);
+        }
+    }
+    clast_gltf_transform *joints = clast_gltf_ok(gltf) ? clast_allocate(gltf->context, *count, sizeof *joints) : NULL;
+    if (joints == NULL && clast_gltf_ok(gltf)) {
+        clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
+    }
+    for (size_t i = 0; i < *count && clast_gltf_ok(gltf); i++) {
+        clast_gltf_value element = clast_gltf_element(&list, i);
+        uint32_t node = clast_gltf_value_index(gltf, &element, CLAST_GLTF_NODES);
+        if (node != CLAST_NONE) {
+            clast_gltf_transform bind = inverse != NULL ? from_columns(inverse + 16 * i) : identity();
+            joints[i] = product(&walk->to_world[node], &bind);
+        }
+    }
+    clast_free(gltf->context, inverse);
+    if (!clast_gltf_ok(gltf)) {
+        clast_free(gltf->context, joints);
+        return NULL;
+    }
+    return joints;
+}
+
+static void add_mesh(walk *walk, const clast_gltf_value *node, const clast_gltf_transform *to_world)
+{
+    clast_gltf *gltf = walk->gltf;
     uint32_t mesh = clast_gltf_index(gltf, node, "mesh", CLAST_GLTF_MESHES), first, count;
     uint32_t skin = clast_gltf_index(gltf, node, "skin", CLAST_GLTF_SKINS);
-    if (!clast_gltf_ok(gltf) || mesh == CLAST_NONE || !clast_gltf_use_mesh(gltf, mesh, &first, &count)) {
+    if (!clast_gltf_ok(gltf) || mesh == CLAST_NONE) {
         return;
     }
-    transform still = identity();
+    clast_gltf_pose pose = {0};
+    float *weights = clast_gltf_read_weights(gltf, node, &pose.weight_count); // its own, if any
+    clast_gltf_transform *joints = skin != CLAST_NONE && clast_gltf_ok(gltf) ? read_joints(walk, skin, &pose.joint_count) : NULL;
+    pose.weights = weights;
+    pose.joints = joints;
+    clast_gltf_transform still = identity();
     // The joints move a skinned mesh, and its own node does not (section 3.7.3.3).
-    const transform *place = skin != CLAST_NONE ? &still : to_world;
-    if (!add_many_instances(gltf, node, first, count, place)) {
+    const clast_gltf_transform *place = joints != NULL ? &still : to_world;
+    const clast_gltf_pose *used = weights != NULL || joints != NULL ? &pose : NULL;
+    if (clast_gltf_ok(gltf) && clast_gltf_use_mesh(gltf, mesh, used, &first, &count) &&
+        !add_many_instances(gltf, node, first, count, place)) {
         add_instances(gltf, node, first, count, place);
     }
+    clast_free(gltf->context, weights);
+    clast_free(gltf->context, joints);
 }
 
 // ------------------------------------------------------------------------------------------------------------- walking
@@ -395,47 +284,50 @@ static bool check_cycles(walk *walk)
     return clast_gltf_ok(gltf);
 }
 
-static bool push(walk *walk, uint32_t node, const transform *to_world)
+// Pushes a node's children backwards, so that they are visited in order.
+static void push_children(walk *walk, const clast_gltf_value *node)
 {
-    clast_context *context = walk->gltf->context;
-    if (!clast_gltf_check(walk->gltf, CLAST_RESERVE(context, walk->steps, walk->step_capacity, walk->step_count + 1))) {
-        return false;
+    clast_gltf_value children = clast_gltf_array(walk->gltf, node, "children");
+    for (size_t k = clast_gltf_size(&children); k-- > 0;) {
+        clast_gltf_value element = clast_gltf_element(&children, k);
+        walk->stack[walk->stack_size++] = clast_gltf_value_index(walk->gltf, &element, CLAST_GLTF_NODES);
     }
-    walk->steps[walk->step_count++] = (walk_step){node, *to_world};
-    return true;
 }
 
-static void visit(walk *walk, const walk_step *step)
+// The transform of every node to world space, parents first.
+static void find_transforms(walk *walk)
 {
     clast_gltf *gltf = walk->gltf;
-    clast_gltf_value node = clast_gltf_entry(gltf, CLAST_GLTF_NODES, step->node);
-    transform local = local_transform(gltf, &node);
-    transform to_world = product(&step->to_world, &local);
-    float floats[12];
-    if (!clast_gltf_ok(gltf) || !to_floats(gltf, &node, &to_world, floats)) {
-        return;
+    for (uint32_t i = walk->node_count; i-- > 0;) {
+        if (walk->parents[i] == CLAST_NONE) {
+            walk->stack[walk->stack_size++] = i;
+        }
     }
-    add_mesh(gltf, &node, &to_world);
-    uint32_t camera = clast_gltf_index(gltf, &node, "camera", CLAST_GLTF_CAMERAS);
-    if (clast_gltf_ok(gltf) && camera != CLAST_NONE) {
-        add_camera(gltf, &node, camera, &to_world);
+    while (walk->stack_size > 0 && clast_gltf_ok(gltf)) {
+        uint32_t index = walk->stack[--walk->stack_size];
+        clast_gltf_value node = clast_gltf_entry(gltf, CLAST_GLTF_NODES, index);
+        clast_gltf_transform local = local_transform(gltf, &node);
+        uint32_t parent = walk->parents[index];
+        walk->to_world[index] = parent != CLAST_NONE ? product(&walk->to_world[parent], &local) : local;
+        float floats[12];
+        if (clast_gltf_ok(gltf) && to_floats(gltf, &node, &walk->to_world[index], floats)) {
+            push_children(walk, &node);
+        }
     }
-    add_light(walk, &node, &to_world);
-    clast_gltf_value children = clast_gltf_array(gltf, &node, "children");
-    for (size_t k = clast_gltf_size(&children); k-- > 0 && clast_gltf_ok(gltf);) { // pushed backwards: visited in order
-        clast_gltf_value element = clast_gltf_element(&children, k);
-        push(walk, clast_gltf_value_index(gltf, &element, CLAST_GLTF_NODES), &to_world);
-    }
+    walk->stack_size = 0;
 }
 
 static void walk_from(walk *walk, uint32_t root)
 {
-    transform still = identity();
-    walk->step_count = 0;
-    push(walk, root, &still);
-    while (clast_gltf_ok(walk->gltf) && walk->step_count > 0) {
-        walk_step step = walk->steps[--walk->step_count];
-        visit(walk, &step);
+    clast_gltf *gltf = walk->gltf;
+    walk->stack[walk->stack_size++] = root;
+    while (clast_gltf_ok(gltf) && walk->stack_size > 0) {
+        uint32_t index = walk->stack[--walk->stack_size];
+        clast_gltf_value node = clast_gltf_entry(gltf, CLAST_GLTF_NODES, index);
+        add_mesh(walk, &node, &walk->to_world[index]);
+        clast_gltf_add_camera(gltf, &node, &walk->to_world[index]);
+        clast_gltf_add_light(gltf, &node, &walk->to_world[index]);
+        push_children(walk, &node);
     }
 }
 
@@ -469,19 +361,23 @@ static void walk_scene(walk *walk)
 
 void clast_gltf_read_nodes(clast_gltf *gltf)
 {
+    clast_context *context = gltf->context;
     walk walk = {.gltf = gltf, .node_count = (uint32_t)clast_gltf_size(&gltf->lists[CLAST_GLTF_NODES])};
-    walk.parents = clast_allocate(gltf->context, walk.node_count, sizeof *walk.parents);
-    if (walk.parents == NULL) {
+    walk.parents = clast_allocate(context, walk.node_count, sizeof *walk.parents);
+    walk.to_world = walk.parents != NULL ? clast_allocate(context, walk.node_count, sizeof *walk.to_world) : NULL;
+    walk.stack = walk.to_world != NULL ? clast_allocate(context, walk.node_count, sizeof *walk.stack) : NULL;
+    if (walk.stack == NULL) {
         clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
-        return;
+    } else {
+        memset(walk.parents, 0xff, walk.node_count * sizeof *walk.parents);
+        if (find_parents(&walk) && check_cycles(&walk)) {
+            find_transforms(&walk);
+        }
+        if (clast_gltf_ok(gltf)) {
+            walk_scene(&walk);
+        }
     }
-    memset(walk.parents, 0xff, walk.node_count * sizeof *walk.parents);
-    walk.lights_extension = clast_gltf_object(gltf, &gltf->root, "extensions");
-    walk.lights_object = clast_gltf_object(gltf, &walk.lights_extension, "KHR_lights_punctual");
-    walk.lights = clast_gltf_array(gltf, &walk.lights_object, "lights");
-    if (clast_gltf_ok(gltf) && find_parents(&walk) && check_cycles(&walk)) {
-        walk_scene(&walk);
-    }
-    clast_free(gltf->context, walk.steps);
-    clast_free(gltf->context, walk.parents);
+    clast_free(context, walk.stack);
+    clast_free(context, walk.to_world);
+    clast_free(context, walk.parents);
 }
