@@ -382,7 +382,8 @@ static clast_light_sample sample_emitter(const clast_lights *lights, const clast
         emission = clast_emission(frame->scene, material, surface.coordinates, lights->table);
     }
     vec3 bound = max3(load3(unit->bounds.upper), load3(unit->bounds.lower) * -1.0f);
-    vec3 error = clast_position_error(instance, max3(bound, splat3(0.0f)), place);
+    float extent = largest3(load3(unit->bounds.upper) - load3(unit->bounds.lower));
+    vec3 error = clast_position_error(instance, max3(bound, splat3(0.0f)), extent, place);
     vec3 size = vec3(abs1(normal[0]), abs1(normal[1]), abs1(normal[2]));
     float offset = 2.0f * dot3(size, error);
     return (clast_light_sample){

@@ -51,13 +51,14 @@ static vec3 translation(const clast_transform *t)
 
 // Running error analysis as in Pharr, Jakob and Humphreys, Physically Based Rendering, 3rd ed., 3.9: a sum of n products is off
 // by at most n + 1 roundings of the sum of their sizes. Into the object's space and back, since the next ray is brought there
-// with an error of its own.
-vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, vec3 position)
+// with an error of its own. The ray test mixes the axes of differences of corners, so a triangle's size counts on all of them;
+// this also keeps the bound above zero where all else is exact.
+vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, float size, vec3 position)
 {
     const float rounding = 5.9604645e-8f; // half a unit of the last place of 1
     const clast_transform *m = &instance->to_world, *inverse = &instance->to_object;
-    vec3 object = largest * (16.0f * rounding); // interpolation, and the ray test's own differences of corners
     vec3 there = absolute3(position);
+    vec3 object = largest * (8.0f * rounding) + splat3(16.0f * rounding * size);
     object = object + (transform_absolute(inverse, there) + absolute3(translation(inverse))) * (4.0f * rounding);
     vec3 world = (transform_absolute(m, largest) + absolute3(translation(m))) * (4.0f * rounding);
     return transform_absolute(m, object) + world + there * (2.0f * rounding);
@@ -87,10 +88,11 @@ static void place_point(const clast_frame *frame, const clast_frame_unit *unit, 
     vec3 corner[3];
     triangle_corners(frame, unit, &unit->records[seen->cluster], seen->triangle, corner);
     vec2 weights = load2(seen->barycentrics);
-    vec3 object = corner[0] + (corner[1] - corner[0]) * weights[0] + (corner[2] - corner[0]) * weights[1];
+    vec3 first = corner[1] - corner[0], second = corner[2] - corner[0];
+    vec3 object = corner[0] + first * weights[0] + second * weights[1];
     vec3 largest = max3(max3(absolute3(corner[0]), absolute3(corner[1])), absolute3(corner[2]));
     point->position = transform_point(instance->to_world, object);
-    vec3 error = clast_position_error(instance, largest, point->position);
+    vec3 error = clast_position_error(instance, largest, largest3(max3(absolute3(first), absolute3(second))), point->position);
     point->offset = 2.0f * dot3(absolute3(point->geometric_normal), error);
 }
 

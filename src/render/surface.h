@@ -31,8 +31,9 @@ clast_shading_point clast_shading_point_at(const clast_frame *frame, const clast
 vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2], const clast_srgb_table *table);
 
 // An upper bound of what arithmetic may displace a point of an instance by, on each axis of the world, on the way to world
-// space and back: `largest` bounds the object's coordinates there, `position` is in world space.
-vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, vec3 position);
+// space and back: `largest` bounds the object's coordinates there, `size` the sides of its triangles; `position` is in world
+// space.
+vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, float size, vec3 position);
 
 // A material and coordinates of a candidate hit, for alpha.
 float clast_hit_alpha(const clast_frame *frame, const clast_hit *hit, const clast_material **material);

@@ -7,6 +7,7 @@
 #include "shared/sampling.h"
 
 LIMIT(GGX_SIDE, 16u, "rows and columns of GGX_LOSS and GGX_RIM")
+TABLE float DIELECTRIC_F0 = 0.04f;
 TABLE float ALPHA_LEAST = 1e-3f; // narrower lobes than the sun's disc look no different, and cost precision
 
 // What single scattering loses of white light under GGX without Fresnel: rows by roughness (square root of alpha), columns by
@@ -136,11 +137,8 @@ FN vec2 ggx_mean_albedo(float roughness)
     return vec2(mix1(GGX_MEAN_LOSS[r], GGX_MEAN_LOSS[r + 1u], t), mix1(GGX_MEAN_RIM[r], GGX_MEAN_RIM[r + 1u], t));
 }
 
-// What the specular layer does not reflect.
-FN vec3 passed_below(vec3 f0, vec2 albedo)
-{
-    return splat3(1.0f - albedo[1]) - f0 * max1(1.0f - albedo[0] - albedo[1], 0.0f);
-}
+// What a specular layer of reflectance f0 does not reflect.
+FN float passed_below(float f0, vec2 albedo) { return 1.0f - albedo[1] - f0 * max1(1.0f - albedo[0] - albedo[1], 0.0f); }
 
 FN float fifth_power(float x)
 {
@@ -158,7 +156,7 @@ FN vec3 fresnel_schlick(vec3 f0, float cosine)
 FN clast_brdf brdf_make(vec3 base_colour, float metallic, float roughness, float alpha_floor, float cosine)
 {
     clast_brdf brdf;
-    vec3 f0 = mix3(splat3(0.04f), base_colour, metallic);
+    vec3 f0 = mix3(splat3(DIELECTRIC_F0), base_colour, metallic);
     vec3 diffuse = base_colour * (1.0f - metallic);
     brdf.alpha = max1(max1(roughness * roughness, ALPHA_LEAST), alpha_floor);
     brdf.roughness = rough_sqrt(brdf.alpha);
@@ -175,12 +173,11 @@ FN clast_brdf brdf_make(vec3 base_colour, float metallic, float roughness, float
     brdf.specular = store3(f0);
     // glTF weighs the diffuse part by 1 - F of the half vector, which gives more than all light back at grazing angles. Kelemen
     // and Szirmay-Kalos, A Microfacet Based Coupled Specular-Matte BRDF Model, 2001, let through what the layer does not reflect.
-    vec3 passed = passed_below(f0, seen);
-    vec3 passed_mean = max3(passed_below(f0, mean), splat3(1e-3f));
-    vec3 share = vec3(rough_divide(passed[0], passed_mean[0]), rough_divide(passed[1], passed_mean[1]), rough_divide(passed[2], passed_mean[2]));
-    brdf.diffuse = store3(diffuse * share);
-    float specular = 1.0f - luminance(passed);
-    float other = luminance(diffuse * passed) + luminance(load3(brdf.multiple)) * mean[0] * brdf.loss;
+    // The layer over the diffuse part is the dielectric's, also where metal is mixed in: glTF mixes whole surfaces.
+    float passed = passed_below(DIELECTRIC_F0, seen);
+    brdf.diffuse = store3(diffuse * rough_divide(passed, passed_below(DIELECTRIC_F0, mean)));
+    float specular = seen[1] + luminance(f0) * max1(1.0f - seen[0] - seen[1], 0.0f);
+    float other = luminance(diffuse) * passed + luminance(load3(brdf.multiple)) * mean[0] * brdf.loss;
     float likely = rough_divide(specular, max1(specular + other, 1e-6f));
     brdf.specular_share = other > 1e-4f ? clamp1(likely, 0.1f, 0.95f) : 1.0f;
     return brdf;
@@ -217,7 +214,7 @@ FN clast_brdf_answer brdf_evaluate(clast_brdf brdf, vec3 view, vec3 light)
         // Height-correlated Smith (Heitz, Understanding the Masking-Shadowing Function, JCGT 3(2), 2014) over 4 NV NL.
         float visibility = rough_divide(0.5f, max1(light[2] * view_root + view[2] * light_root, 1e-20f));
         vec2 lit = ggx_albedo(brdf.roughness, light[2]);
-        vec3 diffuse = load3(brdf.diffuse) * passed_below(load3(brdf.specular), lit) + load3(brdf.multiple) * (brdf.loss * lit[0]);
+        vec3 diffuse = load3(brdf.diffuse) * passed_below(DIELECTRIC_F0, lit) + load3(brdf.multiple) * (brdf.loss * lit[0]);
         vec3 sum = diffuse * INVERSE_PI + fresnel * (distribution * visibility);
         answer.value = store3(sum * light[2]);
         float lobe = rough_divide(0.5f * distribution, view[2] + view_root); // G1 D / (4 NV)
