@@ -40,11 +40,11 @@ static void build_meshes(clast_canyon *canyon)
 {
     double triangles = TRIANGLES * canyon->detail;
     canyon->builder = (clast_builder){.context = canyon->context, .writer = &canyon->writer, .expected = (uint64_t)triangles};
-    clast_canyon_build_monument(canyon, triangles * 0.37);
-    clast_canyon_build_columns(canyon, triangles * 0.105);
-    clast_canyon_build_masonry(canyon, triangles * 0.135);
-    clast_canyon_build_terrain(canyon, triangles * 0.155);
-    clast_canyon_build_mesas(canyon, triangles * 0.175);
+    clast_canyon_build_monument(canyon, triangles * 0.42);
+    clast_canyon_build_columns(canyon, triangles * 0.095);
+    clast_canyon_build_masonry(canyon, triangles * 0.12);
+    clast_canyon_build_terrain(canyon, triangles * 0.14);
+    clast_canyon_build_mesas(canyon, triangles * 0.165);
     clast_canyon_build_boulders(canyon, triangles * 0.05);
     clast_canyon_build_grass(canyon, triangles * 0.01);
     clast_builder_end(&canyon->builder);
@@ -52,13 +52,27 @@ static void build_meshes(clast_canyon *canyon)
 
 static vec3 from_array(const float v[3]) { return vec3(v[0], v[1], v[2]); }
 
+// Height maps are for displacement; what their values mean stands in the glTF's extras.
+static void write_heights(clast_canyon *canyon)
+{
+    static const float side = 400.0f;
+    uint32_t size = canyon->detail < 0.1 ? 128 : 1024;
+    float ground[2] = {0.0f, 0.0f}, ornament[2] = {0.0f, 0.0f};
+    clast_canyon_write_heights(canyon, "terrain_height.png", size, side, &ground[0], &ground[1]);
+    clast_canyon_write_ornament(canyon, "ornament_height.png", 4 * size, size / 2, &ornament[0], &ornament[1]);
+    canyon->writer.extras = json_pack(
+        "{s:[{s:s, s:f, s:f, s:f}, {s:s, s:f, s:f}]}", "heightMaps", "uri", "terrain_height.png", "low", (double)ground[0], "high",
+        (double)ground[1], "size", (double)side, "uri", "ornament_height.png", "low", (double)ornament[0], "high", (double)ornament[1]);
+}
+
 static void write_models(clast_canyon *canyon)
 {
     clast_gltf_begin(&canyon->writer, canyon->outputs, NAME);
+    write_heights(canyon);
     add_materials(canyon);
     build_meshes(canyon);
     for (uint32_t i = 0; i < sizeof cameras / sizeof cameras[0]; i++) {
-        clast_gltf_add_camera(&canyon->writer, cameras[i].name, from_array(cameras[i].position), from_array(cameras[i].target),
+        clast_gltf_writer_add_camera(&canyon->writer, cameras[i].name, from_array(cameras[i].position), from_array(cameras[i].target),
                               cameras[i].degrees * 0.0174532925f);
     }
     clast_gltf_end(&canyon->writer);
@@ -75,29 +89,32 @@ static void write_pictures(clast_canyon *canyon)
     }
 }
 
+static json_t *numbers3(const float v[3]) { return json_pack("[f, f, f]", (double)v[0], (double)v[1], (double)v[2]); }
+
+static json_t *scene_document(void)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < sizeof cameras / sizeof cameras[0]; i++) {
+        json_array_append_new(list, json_pack("{s:s, s:o, s:o, s:f}", "name", cameras[i].name, "position", numbers3(cameras[i].position),
+                                              "target", numbers3(cameras[i].target), "vertical_angle", (double)cameras[i].degrees));
+    }
+    return json_pack("{s:i, s:[{s:s}], s:{s:{s:o, s:f}}, s:o, s:{s:s, s:f}}", "clast", 1, "models", "path", "canyon.gltf", "environment",
+                     "sky", "sun_direction", numbers3(SUN), "turbidity", (double)TURBIDITY, "cameras", list, "settings", "camera",
+                     cameras[0].name, "exposure", (double)EXPOSURE);
+}
+
 static void write_scene_file(clast_canyon *canyon)
 {
-    float ground[2] = {0.0f, 0.0f}, ornament[2] = {0.0f, 0.0f};
-    uint32_t size = canyon->detail < 0.1 ? 128 : 1024;
-    const float side = 400.0f;
-    clast_canyon_write_heights(canyon, "terrain_height.png", size, side, &ground[0], &ground[1]);
-    clast_canyon_write_ornament(canyon, "ornament_height.png", 4 * size, size / 2, &ornament[0], &ornament[1]);
     clast_file_output *file = clast_outputs_open(canyon->outputs, "scene.json");
     if (file == NULL) {
         return;
     }
-    clast_file_print(file, "{\n \"clast\": 1,\n \"models\": [{\"path\": \"%s.gltf\"}],\n", NAME);
-    clast_file_print(file, " \"environment\": {\"sky\": {\"sun_direction\": [%g, %g, %g], \"turbidity\": %g}},\n", (double)SUN[0],
-                     (double)SUN[1], (double)SUN[2], (double)TURBIDITY);
-    clast_file_print(file, " \"cameras\": [\n");
-    uint32_t count = sizeof cameras / sizeof cameras[0];
-    for (uint32_t i = 0; i < count; i++) {
-        const float *p = cameras[i].position, *t = cameras[i].target;
-        clast_file_print(file, "  {\"name\": \"%s\", \"position\": [%g, %g, %g], \"target\": [%g, %g, %g], \"vertical_angle\": %g}%s\n",
-                         cameras[i].name, (double)p[0], (double)p[1], (double)p[2], (double)t[0], (double)t[1], (double)t[2],
-                         (double)cameras[i].degrees, i + 1 < count ? "," : "");
+    json_t *root = scene_document();
+    if (root == NULL) {
+        clast_outputs_note(canyon->outputs, clast_fail(canyon->context, CLAST_ERROR_OUT_OF_MEMORY, "scene.json: out of memory"));
+        return;
     }
-    clast_file_print(file, " ],\n \"settings\": {\"camera\": \"hero\", \"exposure\": %g}\n}\n", (double)EXPOSURE);
+    clast_gltf_write_text(file, root, 6);
     clast_outputs_note(canyon->outputs, file->status);
 }
 

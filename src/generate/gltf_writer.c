@@ -224,7 +224,7 @@ void clast_gltf_add_node(clast_gltf_writer *writer, const char *name, uint32_t m
     append(writer, writer->nodes, node);
 }
 
-void clast_gltf_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target, float vertical_angle)
+void clast_gltf_writer_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target, float vertical_angle)
 {
     json_t *perspective = json_pack("{s:f, s:f, s:f}", "aspectRatio", 16.0 / 9.0, "yfov", (double)vertical_angle, "znear", 0.05);
     json_t *camera = json_pack("{s:s, s:s, s:o}", "name", name, "type", "perspective", "perspective", perspective);
@@ -273,12 +273,24 @@ static json_t *document(clast_gltf_writer *writer)
     }
     set(writer, root, "bufferViews", views);
     set(writer, root, "buffers", buffers);
+    if (writer->extras != NULL) {
+        set(writer, root, "extras", json_incref(writer->extras));
+    }
     return root;
 }
 
 static int write_text(const char *text, size_t size, void *file)
 {
     return clast_file_write(file, text, size) == CLAST_OK ? 0 : -1;
+}
+
+void clast_gltf_write_text(clast_file_output *file, json_t *root, int digits)
+{
+    if (json_dump_callback(root, write_text, file, JSON_INDENT(1) | JSON_REAL_PRECISION(digits)) != 0 && file->status == CLAST_OK) {
+        file->status = clast_fail(file->context, CLAST_ERROR_OUT_OF_MEMORY, "%s: out of memory", file->path);
+    }
+    clast_file_write(file, "\n", 1);
+    json_decref(root);
 }
 
 static void write_document(clast_gltf_writer *writer)
@@ -288,12 +300,11 @@ static void write_document(clast_gltf_writer *writer)
     clast_file_output *file = clast_outputs_open(writer->outputs, name);
     json_t *root = document(writer);
     if (file != NULL && !writer->failed) {
-        // 9 digits tell any float from its neighbours.
-        json_dump_callback(root, write_text, file, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
-        clast_file_write(file, "\n", 1);
+        clast_gltf_write_text(file, root, 9); // 9 digits tell any float from its neighbours
         clast_outputs_note(writer->outputs, file->status);
+    } else {
+        json_decref(root);
     }
-    json_decref(root);
 }
 
 void clast_gltf_end(clast_gltf_writer *writer)
@@ -302,7 +313,8 @@ void clast_gltf_end(clast_gltf_writer *writer)
         write_document(writer);
     }
     json_t *arrays[] = {writer->accessors, writer->meshes, writer->nodes, writer->materials,
-                        writer->textures, writer->images, writer->cameras, writer->primitives};
+                        writer->textures, writer->images, writer->cameras, writer->primitives,
+                        writer->extras};
     for (uint32_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
         json_decref(arrays[i]);
     }

@@ -46,6 +46,7 @@ typedef struct clast_gltf_writer {
     clast_file_output *streams[CLAST_GLTF_STREAMS];
     uint64_t bytes[CLAST_GLTF_STREAMS]; // written
     json_t *accessors, *meshes, *nodes, *materials, *textures, *images, *cameras;
+    json_t *extras;        // of the whole; the writer's once set
     bool failed;           // jansson could not allocate
     // The primitive under way.
     json_t *primitives;
@@ -75,6 +76,9 @@ uint32_t clast_gltf_end_mesh(clast_gltf_writer *writer, const char *name);
 
 // Places a mesh. rotation: a unit quaternion x y z w.
 void clast_gltf_add_node(clast_gltf_writer *writer, const char *name, uint32_t mesh, vec3 translation, vec4 rotation, vec3 scale);
-void clast_gltf_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target, float vertical_angle);
+void clast_gltf_writer_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target, float vertical_angle);
+
+// Writes a document as text, and ends it. Reals get that many digits.
+void clast_gltf_write_text(clast_file_output *file, json_t *root, int digits);
 
 #endif

@@ -147,6 +147,8 @@ void clast_build_hoop(clast_builder *builder, const clast_hoop *hoop, double tri
     clast_sheet sheet = {.shape = hoop, .evaluate = evaluate_hoop, .wraps_columns = whole, .wraps_rows = true, .flipped = true};
     float part = whole ? 1.0f : hoop->to - hoop->from;
     clast_sheet_divide(&sheet, triangles, 6.2831853f * hoop->radius * part, section);
-    sheet.rows = sheet.rows < 8 ? 8 : sheet.rows;
+    if (sheet.rows < 8) {
+        clast_sheet_set_rows(&sheet, triangles, 8, whole ? 8 : 2);
+    }
     clast_build_sheet(builder, &sheet);
 }

@@ -99,8 +99,7 @@ void clast_build_lathe(clast_builder *builder, clast_lathe *lathe, double triang
     // d/du x d/dv: at u = 0 that is -z x up = outwards.
     clast_sheet sheet = {.shape = lathe, .evaluate = evaluate_lathe, .wraps_columns = true};
     clast_sheet_divide(&sheet, triangles, 6.2831853f * radius * 0.9f, length);
-    sheet.columns = sheet.columns < 6 ? 6 : sheet.columns;
     hand_out_rows(lathe, (double)sheet.rows);
-    sheet.rows = lathe->rows;
+    clast_sheet_set_rows(&sheet, triangles, lathe->rows, 6);
     clast_build_sheet(builder, &sheet);
 }

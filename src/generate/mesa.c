@@ -41,7 +41,8 @@ static float foot_radius(const clast_mesa *mesa, vec2 direction)
     vec3 place = vec3(direction[0], direction[1], 0.0f) * (mesa->radius / (0.75f * mesa->height));
     float bays = clast_fractal3(place, 3, mesa->seed) * 0.34f;
     float notches = clast_ridged3(place * 1.35f + splat3(7.0f), 3, mesa->seed + 5);
-    return radius + mesa->height * (bays - 0.26f * square(notches));
+    float reach = min1(mesa->height, 1.4f * mesa->radius);
+    return radius + reach * (bays - 0.26f * square(notches));
 }
 
 float clast_mesa_distance(const clast_mesa *mesa, float x, float z)
@@ -135,6 +136,12 @@ static uint32_t find_stretch(float v, float *within)
     return stretch;
 }
 
+// Slender mountains draw in less than their height asks for, and never to nothing.
+static float inset_radius(float foot, float inset)
+{
+    return inset > 0.0f ? foot * foot / (foot + inset) : foot - inset;
+}
+
 static void evaluate_mesa(const void *data, float u, float v, clast_surface_point *point)
 {
     const clast_mesa *mesa = ((const mesa_shape *)data)->mesa;
@@ -149,9 +156,9 @@ static void evaluate_mesa(const void *data, float u, float v, clast_surface_poin
     vec3 around = vec3(direction[0], direction[1], 0.3f) * (mesa->radius / 60.0f);
     float rise = clast_fractal3(around, 3, mesa->seed + 21);
     height *= 1.0f + 0.16f * rise * smooth_step(0.3f, 1.0f, v);
-    float radius = foot - inset;
+    float radius = inset_radius(foot, inset);
     if (stretch + 1 == PROFILE_STRETCHES) {
-        radius = (foot - profile[stretch].inset * mesa->height) * (1.0f - within);
+        radius = inset_radius(foot, profile[stretch].inset * mesa->height) * (1.0f - within);
     }
     vec3 place = vec3(mesa->centre[0] + direction[0] * radius, height, mesa->centre[1] + direction[1] * radius);
     float relief = cliff_relief(place, clamp1(mesa->height / 70.0f, 0.8f, 2.0f), mesa->seed) *

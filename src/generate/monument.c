@@ -211,16 +211,16 @@ static void build_armillary(clast_canyon *canyon, double triangles)
 {
     vec3 middle = vec3(0.0f, RING_HEIGHT, 0.0f);
     vec3 x = vec3(1.0f, 0.0f, 0.0f), z = vec3(0.0f, 0.0f, 1.0f);
-    uint32_t meridian = build_band(canyon, "meridian", 2.92f, 0.34f, CLAST_ORNAMENT_TICKS, 72.0f, triangles * 0.22);
-    uint32_t colure = build_band(canyon, "colure", 2.62f, 0.26f, CLAST_ORNAMENT_WAVES, 60.0f, triangles * 0.18);
-    uint32_t equator = build_band(canyon, "equator", 2.42f, 0.42f, CLAST_ORNAMENT_GLYPHS, 64.0f, triangles * 0.22);
-    uint32_t ecliptic = build_band(canyon, "ecliptic", 2.14f, 0.34f, CLAST_ORNAMENT_LATTICE, 72.0f, triangles * 0.16);
+    uint32_t meridian = build_band(canyon, "meridian", 2.92f, 0.34f, CLAST_ORNAMENT_TICKS, 72.0f, triangles * 0.26);
+    uint32_t colure = build_band(canyon, "colure", 2.62f, 0.26f, CLAST_ORNAMENT_WAVES, 60.0f, triangles * 0.20);
+    uint32_t equator = build_band(canyon, "equator", 2.42f, 0.42f, CLAST_ORNAMENT_GLYPHS, 64.0f, triangles * 0.27);
+    uint32_t ecliptic = build_band(canyon, "ecliptic", 2.14f, 0.34f, CLAST_ORNAMENT_LATTICE, 72.0f, triangles * 0.17);
     place(canyon, "meridian", meridian, middle, UPRIGHT);
     // Tilted like the sky of 34 degrees north.
     place(canyon, "colure", colure, middle, about_axis(normalize3(vec3(0.25f, 1.0f, 0.0f)), 0.19f));
     place(canyon, "equator", equator, middle, about_axis(normalize3(vec3(1.0f, 0.06f, 0.32f)), 0.218f));
     place(canyon, "ecliptic", ecliptic, middle, about_axis(normalize3(vec3(1.0f, 0.10f, -0.35f)), 0.165f));
-    uint32_t rib = build_band(canyon, "globe rib", 1.13f, 0.07f, CLAST_ORNAMENT_PLAIN, 1.0f, triangles * 0.04);
+    uint32_t rib = build_band(canyon, "globe rib", 1.13f, 0.07f, CLAST_ORNAMENT_PLAIN, 1.0f, triangles * 0.02);
     place(canyon, "globe rib", rib, middle, about_axis(x, 0.25f));
     place(canyon, "globe rib", rib, middle, about_axis(normalize3(vec3(0.2f, 1.0f, 0.1f)), 0.08f));
     place(canyon, "globe rib", rib, middle, about_axis(normalize3(vec3(0.2f, 1.0f, 0.1f)), 0.33f));
@@ -235,7 +235,7 @@ static void build_armillary(clast_canyon *canyon, double triangles)
     };
     clast_lathe axis = {.points = rod, .point_count = sizeof rod / sizeof rod[0], .colour = GOLD_COLOUR, .tile = 0.8f};
     begin(canyon, CLAST_CANYON_GOLD);
-    clast_build_lathe(&canyon->builder, &axis, triangles * 0.06);
+    clast_build_lathe(&canyon->builder, &axis, triangles * 0.04);
     place(canyon, "axis", end(canyon, "axis"), middle, about_axis(z, 0.065f));
 
     // Balusters that hold the meridian in the ring.
@@ -248,7 +248,7 @@ static void build_armillary(clast_canyon *canyon, double triangles)
     };
     clast_lathe holder = {.points = baluster, .point_count = sizeof baluster / sizeof baluster[0], .colour = GOLD_COLOUR, .tile = 0.8f};
     begin(canyon, CLAST_CANYON_GOLD);
-    clast_build_lathe(&canyon->builder, &holder, triangles * 0.05);
+    clast_build_lathe(&canyon->builder, &holder, triangles * 0.04);
     uint32_t mesh = end(canyon, "baluster");
     for (uint32_t i = 0; i < 4; i++) {
         place(canyon, "baluster", mesh, middle, about_axis(z, 0.125f + 0.25f * (float)i));
@@ -274,12 +274,12 @@ static void build_finial(clast_canyon *canyon, double triangles)
 
 void clast_canyon_build_monument(clast_canyon *canyon, double triangles)
 {
-    build_ring(canyon, triangles * 0.56);
-    build_ring_metal(canyon, triangles * 0.10);
+    build_ring(canyon, triangles * 0.46);
+    build_ring_metal(canyon, triangles * 0.085);
     build_rosettes(canyon, triangles * 0.006);
-    build_drum(canyon, triangles * 0.17);
-    build_armillary(canyon, triangles * 0.13);
-    build_globe(canyon, triangles * 0.014);
+    build_drum(canyon, triangles * 0.13);
+    build_armillary(canyon, triangles * 0.28);
+    build_globe(canyon, triangles * 0.012);
     build_finial(canyon, triangles * 0.02);
 }
 

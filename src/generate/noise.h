@@ -39,7 +39,7 @@ static inline float wave_sine(float turns)
     float t = turns - floor1(turns + 0.5f); // -0.5 to 0.5
     t = t > 0.25f ? 0.5f - t : t < -0.25f ? -0.5f - t : t;
     float x = t * 4.0f, x2 = x * x; // -1 to 1, odd polynomial of sin(pi / 2 x)
-    return x * (1.57079632f + x2 * (-0.645963708f + x2 * (0.0796925f + x2 * (-0.00468166f + x2 * 0.00015269f))));
+    return x * (1.57079633f + x2 * (-0.64596410f + x2 * (0.079692626f + x2 * (-0.0046817541f + x2 * (0.00016044118f + x2 * -0.0000035988f)))));
 }
 
 static inline float wave_cosine(float turns) { return wave_sine(turns + 0.25f); }

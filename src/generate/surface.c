@@ -332,6 +332,13 @@ void clast_build_block(clast_builder *builder, const clast_block *block)
     }
 }
 
+void clast_sheet_set_rows(clast_sheet *sheet, double triangles, uint32_t rows, uint32_t least_columns)
+{
+    double columns = 0.5 * triangles / (double)rows + 0.5;
+    sheet->rows = rows;
+    sheet->columns = columns < (double)least_columns ? least_columns : (uint32_t)columns;
+}
+
 void clast_sheet_divide(clast_sheet *sheet, double triangles, float length_u, float length_v)
 {
     double quads = triangles * 0.5;
@@ -339,4 +346,7 @@ void clast_sheet_divide(clast_sheet *sheet, double triangles, float length_u, fl
     double columns = (double)length_u / side + 0.5, rows = (double)length_v / side + 0.5;
     sheet->columns = columns < 3.0 ? 3 : (uint32_t)columns;
     sheet->rows = rows < 3.0 ? 3 : (uint32_t)rows;
+    if (rows < 3.0) {
+        clast_sheet_set_rows(sheet, triangles, 3, 3);
+    }
 }

@@ -55,5 +55,7 @@ void clast_build_block(clast_builder *builder, const clast_block *block);
 
 // Columns and rows of a sheet of about `triangles` with squares of equal sides, for lengths along u and v.
 void clast_sheet_divide(clast_sheet *sheet, double triangles, float length_u, float length_v);
+// Sets the rows, and as many columns as make about `triangles`.
+void clast_sheet_set_rows(clast_sheet *sheet, double triangles, uint32_t rows, uint32_t least_columns);
 
 #endif

@@ -74,12 +74,12 @@ static texel stone(vec2 p, uint seed)
 static texel gold(vec2 p, uint seed)
 {
     float cloud = clast_fractal2_tiled(p * 4.0f, 4, 5, seed);
-    clast_cells hammer = clast_cells2_tiled(p * 22.0f, 22, seed + 10);
+    clast_cells hammer = clast_cells2_tiled(p * 34.0f, 34, seed + 10);
     float dent = square(min1(hammer.nearest, 0.8f));
     float scratch = clast_fractal2_tiled(vec2(p[0] * 8.0f, p[1] * 128.0f), 128, 2, seed + 20);
     float tarnish = smooth_step(0.10f, 0.42f, cloud + 0.12f * scratch);
     vec3 colour = mix3(vec3(0.95f, 0.64f, 0.26f), vec3(0.40f, 0.23f, 0.11f), 0.75f * tarnish);
-    return (texel){colour, 0.0022f * dent + 0.0002f * scratch, clamp1(0.23f + 0.24f * tarnish + 0.10f * scratch + 0.06f * cloud, 0.12f, 0.8f), 1.0f};
+    return (texel){colour, 0.0008f * dent + 0.0002f * scratch, clamp1(0.23f + 0.24f * tarnish + 0.10f * scratch + 0.06f * cloud, 0.12f, 0.8f), 1.0f};
 }
 
 static texel lapis(vec2 p, uint seed)
@@ -88,7 +88,7 @@ static texel lapis(vec2 p, uint seed)
     float cloud = clast_fractal2_tiled(p * 5.0f + warp * 0.8f, 5, 5, seed + 20);
     float vein = smooth_step(0.045f, 0.0f, abs1(clast_fractal2_tiled(p * 4.0f + warp * 1.1f, 4, 4, seed + 21)));
     clast_cells flecks = clast_cells2_tiled(p * 70.0f, 70, seed + 22);
-    bool fleck = unit_float(flecks.id) < 0.10f + 0.5f * vein && flecks.nearest < 0.34f;
+    bool fleck = unit_float(flecks.id) < 0.035f + 0.30f * vein && flecks.nearest < 0.34f;
     vec3 colour = mix3(vec3(0.012f, 0.035f, 0.20f), vec3(0.035f, 0.11f, 0.42f), smooth_step(-0.3f, 0.4f, cloud));
     colour = mix3(colour, vec3(0.30f, 0.36f, 0.52f), 0.35f * vein * smooth_step(0.0f, 0.3f, cloud));
     if (fleck) {
