@@ -6,8 +6,8 @@
 
 #include "load/gltf.h"
 
-// What the JSON library allocates is its own and outside the memory limit: bounded by the size of the text and by the number
-// of values, of which each costs some 30 to 400 bytes.
+// What the JSON library allocates is its own and outside the memory limit: bounded by the size of the text and by the
+// number of values, of which each costs some 30 to 400 bytes.
 #define TEXT_SIZE_MOST ((uint64_t)1 << 30)
 #define VALUE_COUNT_MOST ((uint64_t)1 << 25)
 
@@ -56,13 +56,13 @@ static bool parse(clast_gltf *gltf, clast_bytes text)
         clast_bytes_slice(text, 3, text.size - 3, &text);
     }
     if (text.size > TEXT_SIZE_MOST) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, NULL, "%llu bytes of JSON: expected at most %llu", (unsigned long long)text.size,
-                               (unsigned long long)TEXT_SIZE_MOST);
+        return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, NULL, "%llu bytes of JSON: expected at most %llu",
+                               (unsigned long long)text.size, (unsigned long long)TEXT_SIZE_MOST);
     }
     uint64_t values = count_values(text);
     if (values > VALUE_COUNT_MOST) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, NULL, "%llu JSON values: expected at most %llu", (unsigned long long)values,
-                               (unsigned long long)VALUE_COUNT_MOST);
+        return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, NULL, "%llu JSON values: expected at most %llu",
+                               (unsigned long long)values, (unsigned long long)VALUE_COUNT_MOST);
     }
     json_error_t error;
     gltf->json = json_loadb((const char *)text.data, (size_t)text.size, JSON_REJECT_DUPLICATES, &error);
@@ -70,7 +70,8 @@ static bool parse(clast_gltf *gltf, clast_bytes text)
         if (json_error_code(&error) == json_error_out_of_memory) {
             return clast_gltf_fail(gltf, CLAST_ERROR_OUT_OF_MEMORY, NULL, "no memory for the JSON");
         }
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "JSON, line %d, column %d: %s", error.line, error.column, error.text);
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "JSON, line %d, column %d: %s", error.line,
+                               error.column, error.text);
     }
     if (!json_is_object(gltf->json)) {
         return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "the JSON is not an object: expected glTF");
@@ -79,7 +80,7 @@ static bool parse(clast_gltf *gltf, clast_bytes text)
     return true;
 }
 
-// --------------------------------------------------------------------------------------------------- version, extensions
+// ------------------------------------------------------------------------------------------------- version, extensions
 
 // major.minor, digits only.
 static bool parse_version(const char *text, unsigned long *major, unsigned long *minor)
@@ -107,13 +108,15 @@ static bool check_version(clast_gltf *gltf)
         return false;
     }
     if (!parse_version(version, &major, &minor)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "asset.version \"%.20s\": expected 2.0", version != NULL ? version : "");
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "asset.version \"%.20s\": expected 2.0",
+                               version != NULL ? version : "");
     }
     if (least != NULL && !parse_version(least, &major, &minor)) {
         return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "asset.minVersion \"%.20s\": expected 2.0", least);
     }
     if (major != 2 || (least != NULL && minor > 0)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_UNSUPPORTED, NULL, "needs glTF version %lu.%lu: expected 2.0", major, minor);
+        return clast_gltf_fail(gltf, CLAST_ERROR_UNSUPPORTED, NULL, "needs glTF version %lu.%lu: expected 2.0", major,
+                               minor);
     }
     return true;
 }
@@ -148,16 +151,19 @@ static bool check_extensions(clast_gltf *gltf)
 static bool allocate_tables(clast_gltf *gltf)
 {
     clast_context *context = gltf->context;
-    size_t images = clast_gltf_size(&gltf->lists[CLAST_GLTF_IMAGES]), textures = clast_gltf_size(&gltf->lists[CLAST_GLTF_TEXTURES]);
-    size_t meshes = clast_gltf_size(&gltf->lists[CLAST_GLTF_MESHES]), materials = clast_gltf_size(&gltf->lists[CLAST_GLTF_MATERIALS]);
-    gltf->buffers = clast_allocate_zeroed(context, clast_gltf_size(&gltf->lists[CLAST_GLTF_BUFFERS]), sizeof *gltf->buffers);
+    size_t images = clast_gltf_size(&gltf->lists[CLAST_GLTF_IMAGES]),
+           textures = clast_gltf_size(&gltf->lists[CLAST_GLTF_TEXTURES]);
+    size_t meshes = clast_gltf_size(&gltf->lists[CLAST_GLTF_MESHES]),
+           materials = clast_gltf_size(&gltf->lists[CLAST_GLTF_MATERIALS]);
+    gltf->buffers = clast_allocate_zeroed(context, clast_gltf_size(&gltf->lists[CLAST_GLTF_BUFFERS]),
+                                          sizeof *gltf->buffers);
     gltf->images = clast_allocate(context, images, sizeof *gltf->images);
     gltf->image_tried = clast_allocate_zeroed(context, images, sizeof *gltf->image_tried);
     gltf->textures = clast_allocate(context, textures, sizeof *gltf->textures);
     gltf->materials = clast_allocate_zeroed(context, materials, sizeof *gltf->materials);
     gltf->mesh_geometries = clast_allocate(context, meshes, sizeof *gltf->mesh_geometries);
-    if (gltf->buffers == NULL || gltf->images == NULL || gltf->image_tried == NULL || gltf->textures == NULL || gltf->materials == NULL ||
-        gltf->mesh_geometries == NULL) {
+    if (gltf->buffers == NULL || gltf->images == NULL || gltf->image_tried == NULL || gltf->textures == NULL ||
+        gltf->materials == NULL || gltf->mesh_geometries == NULL) {
         return clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
     }
     memset(gltf->images, 0xff, images * sizeof *gltf->images);

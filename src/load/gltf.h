@@ -28,8 +28,8 @@
 #define CLAST_GLTF_ENUMERATOR(name, key) name,
 typedef enum clast_gltf_list { CLAST_GLTF_LISTS(CLAST_GLTF_ENUMERATOR) CLAST_GLTF_LIST_COUNT } clast_gltf_list;
 
-// A JSON value and where it stands. The place is a chain to the root, written out only for an error; so the value around
-// it must stay where it is.
+// A JSON value and where it stands. The place is a chain to the root, written out only for an error; so the value
+// around it must stay where it is.
 typedef struct clast_gltf_value {
     const struct clast_gltf_value *around; // null for the root
     const char *name;                      // of a member; null for an element
@@ -78,13 +78,13 @@ typedef struct clast_gltf {
     clast_gltf_value lists[CLAST_GLTF_LIST_COUNT];
     bool has_binary_chunk;
     clast_bytes binary_chunk;
-    clast_gltf_buffer *buffers;      // one for each of the file's
-    uint32_t *images;                // scene images; CLAST_NONE: not read yet, or not readable
+    clast_gltf_buffer *buffers; // one for each of the file's
+    uint32_t *images;           // scene images; CLAST_NONE: not read yet, or not readable
     bool *image_tried;
-    uint32_t *textures;              // scene textures, likewise
+    uint32_t *textures; // scene textures, likewise
     clast_gltf_material *materials;
-    uint32_t *mesh_geometries;       // for each mesh, where its geometries begin in `geometries`; CLAST_NONE: not read yet
-    uint32_t *geometries;            // of each primitive of the meshes read; CLAST_NONE where it draws nothing
+    uint32_t *mesh_geometries; // for each mesh, where its geometries begin in `geometries`; CLAST_NONE: not read yet
+    uint32_t *geometries;      // of each primitive of the meshes read; CLAST_NONE where it draws nothing
     size_t geometry_count, geometry_capacity;
 } clast_gltf;
 
@@ -94,10 +94,14 @@ enum { CLAST_GLTF_PLACE_SIZE = 256 };
 #define CLAST_GLTF_REQUIRED UINT64_MAX // as `absent`: the member must be there
 
 // Records the first error; always false. `place` may be null.
-bool clast_gltf_fail(clast_gltf *gltf, clast_status status, const clast_gltf_value *place, const char *format, ...) CLAST_PRINTF(4, 5);
+bool clast_gltf_fail(clast_gltf *gltf, clast_status status, const clast_gltf_value *place, const char *format, ...)
+    CLAST_PRINTF(4, 5);
 // Takes over the status of a call that has recorded its error itself; true where it is CLAST_OK.
 bool clast_gltf_check(clast_gltf *gltf, clast_status status);
-static inline bool clast_gltf_ok(const clast_gltf *gltf) { return gltf->status == CLAST_OK; }
+static inline bool clast_gltf_ok(const clast_gltf *gltf)
+{
+    return gltf->status == CLAST_OK;
+}
 // A log line with the file and the place.
 void clast_gltf_warn(const clast_gltf *gltf, const clast_gltf_value *place, const char *format, ...) CLAST_PRINTF(3, 4);
 // materials[3].name, into CLAST_GLTF_PLACE_SIZE bytes.
@@ -113,17 +117,19 @@ size_t clast_gltf_size(const clast_gltf_value *array);
 // An entry of a root's list: an object. The index has been checked.
 clast_gltf_value clast_gltf_entry(clast_gltf *gltf, clast_gltf_list list, uint32_t index);
 // extensions.NAME of an object. `extensions` is the caller's, for the place.
-clast_gltf_value clast_gltf_extension(clast_gltf *gltf, const clast_gltf_value *object, clast_gltf_value *extensions, const char *name);
+clast_gltf_value clast_gltf_extension(clast_gltf *gltf, const clast_gltf_value *object, clast_gltf_value *extensions,
+                                      const char *name);
 
 // Values of members, checked; `absent` where they are not there, and after a failure.
-uint64_t clast_gltf_integer(clast_gltf *gltf, const clast_gltf_value *object, const char *name, uint64_t least, uint64_t most,
-                            uint64_t absent);
-float clast_gltf_number(clast_gltf *gltf, const clast_gltf_value *object, const char *name, float least, float most, float absent);
+uint64_t clast_gltf_integer(clast_gltf *gltf, const clast_gltf_value *object, const char *name, uint64_t least,
+                            uint64_t most, uint64_t absent);
+float clast_gltf_number(clast_gltf *gltf, const clast_gltf_value *object, const char *name, float least, float most,
+                        float absent);
 bool clast_gltf_flag(clast_gltf *gltf, const clast_gltf_value *object, const char *name, bool absent);
 const char *clast_gltf_text(clast_gltf *gltf, const clast_gltf_value *object, const char *name); // null where absent
 // `count` numbers into `values`, which keeps what it holds where the member is absent; true where it is there.
-bool clast_gltf_numbers(clast_gltf *gltf, const clast_gltf_value *object, const char *name, size_t count, float least, float most,
-                        float *values);
+bool clast_gltf_numbers(clast_gltf *gltf, const clast_gltf_value *object, const char *name, size_t count, float least,
+                        float most, float *values);
 // A member, or a value itself, that numbers an entry of a list; CLAST_NONE where absent.
 uint32_t clast_gltf_index(clast_gltf *gltf, const clast_gltf_value *object, const char *name, clast_gltf_list list);
 uint32_t clast_gltf_value_index(clast_gltf *gltf, const clast_gltf_value *value, clast_gltf_list list);
@@ -133,8 +139,8 @@ uint32_t clast_gltf_value_index(clast_gltf *gltf, const clast_gltf_value *value,
 // Splits the file into JSON text and, for .glb, its binary chunk.
 bool clast_gltf_split(clast_gltf *gltf, clast_bytes *text);
 // The bytes of a URI: a decoded data URI in `*block` (to be freed), or a mapped file in `*file`.
-bool clast_gltf_open_uri(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, void **block, clast_file_view *file,
-                         clast_bytes *bytes);
+bool clast_gltf_open_uri(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, void **block,
+                         clast_file_view *file, clast_bytes *bytes);
 // The bytes of a buffer view, and which buffer they are of. Buffers are opened when first asked for.
 bool clast_gltf_open_view(clast_gltf *gltf, uint32_t view, clast_bytes *bytes, uint32_t *buffer);
 // Hands a buffer's mapping to the scene, so that arrays may point into it; false where it is no mapping, or on failure.
@@ -173,23 +179,27 @@ typedef struct clast_gltf_accessor {
 } clast_gltf_accessor;
 
 // Opens an accessor, with all of its ranges checked. `user` is the place that names it.
-bool clast_gltf_open_accessor(clast_gltf *gltf, const clast_gltf_value *user, uint32_t index, clast_gltf_accessor *accessor);
+bool clast_gltf_open_accessor(clast_gltf *gltf, const clast_gltf_value *user, uint32_t index,
+                              clast_gltf_accessor *accessor);
 // True where it has one of these component types and `rows` x `columns`; fails otherwise.
-bool clast_gltf_accessor_is(clast_gltf *gltf, const clast_gltf_value *user, const clast_gltf_accessor *accessor, uint32_t components,
-                            uint32_t columns, uint32_t rows);
+bool clast_gltf_accessor_is(clast_gltf *gltf, const clast_gltf_value *user, const clast_gltf_accessor *accessor,
+                            uint32_t components, uint32_t columns, uint32_t rows);
 // All elements as floats: count * columns * rows of them. Normalised ones by section 3.6.2.2.
 void clast_gltf_read_floats(const clast_gltf_accessor *accessor, float *floats);
-// The same for what a value names, in a new block; null on failure. `*count` is what is expected, or 0 for any; it is set.
-float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uint32_t components, uint32_t columns, uint32_t rows,
-                             uint64_t *count);
+// The same for what a value names, in a new block; null on failure. `*count` is what is expected, or 0 for any; it is
+// set.
+float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uint32_t components, uint32_t columns,
+                             uint32_t rows, uint64_t *count);
 // All elements of an unsigned type as integers.
 void clast_gltf_read_integers(const clast_gltf_accessor *accessor, uint32_t *integers);
-// The elements where they lie, kept by the scene: for tightly packed 4-byte components in a mapped buffer. Null otherwise.
+// The elements where they lie, kept by the scene: for tightly packed 4-byte components in a mapped buffer. Null
+// otherwise.
 const void *clast_gltf_borrow(clast_gltf *gltf, const clast_gltf_accessor *accessor);
 
 // ------------------------------------------------------------------------------------- gltf_material.c, gltf_image.c
 
-// A texture's number in the scene, read when first asked for; CLAST_NONE where it cannot be shown (a log line says why).
+// A texture's number in the scene, read when first asked for; CLAST_NONE where it cannot be shown (a log line says
+// why).
 uint32_t clast_gltf_texture(clast_gltf *gltf, uint32_t index);
 // Decodes all images that the materials use, on all threads.
 void clast_gltf_read_images(clast_gltf *gltf);
@@ -198,17 +208,18 @@ const clast_gltf_material *clast_gltf_use_material(clast_gltf *gltf, uint32_t in
 
 // -------------------------------------------------------------------------------------------- gltf_mesh.c, gltf_pose.c
 
-// Reads a mesh's primitives; gives where its geometries begin in gltf->geometries, one for each primitive. Without a pose they
-// are read once and shared.
-bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose *pose, uint32_t *first, uint32_t *count);
+// Reads a mesh's primitives; gives where its geometries begin in gltf->geometries, one for each primitive. Without a
+// pose they are read once and shared.
+bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose *pose, uint32_t *first,
+                         uint32_t *count);
 
 // The weights of morph targets that a mesh or a node has, in a new block; null where it has none, or on failure.
 float *clast_gltf_read_weights(clast_gltf *gltf, const clast_gltf_value *object, size_t *count);
 // Adds morph targets to a primitive's arrays, and moves them by the joints. Normals and tangents may be null.
-bool clast_gltf_morph(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose, const clast_mesh *mesh,
-                      float *positions, float *normals, float *tangents);
-bool clast_gltf_skin(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose, const clast_mesh *mesh,
-                     float *positions, float *normals, float *tangents);
+bool clast_gltf_morph(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose,
+                      const clast_mesh *mesh, float *positions, float *normals, float *tangents);
+bool clast_gltf_skin(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose,
+                     const clast_mesh *mesh, float *positions, float *normals, float *tangents);
 
 // ------------------------------------------------------------------------------------------ gltf_node.c, gltf_camera.c
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Accessors: typed views of buffers (section 3.6.2). One walker serves all uses, so nothing is checked in one way and read in
-// another.
+// Accessors: typed views of buffers (section 3.6.2). One walker serves all uses, so nothing is checked in one way and
+// read in another.
 #include <string.h>
 
 #include "load/gltf.h"
@@ -26,7 +26,8 @@ static uint32_t size_of_component(uint64_t component)
 static const struct element_type {
     const char *name;
     uint32_t columns, rows;
-} ELEMENT_TYPES[] = {{"SCALAR", 1, 1}, {"VEC2", 1, 2}, {"VEC3", 1, 3}, {"VEC4", 1, 4}, {"MAT2", 2, 2}, {"MAT3", 3, 3}, {"MAT4", 4, 4}};
+} ELEMENT_TYPES[] = {{"SCALAR", 1, 1}, {"VEC2", 1, 2}, {"VEC3", 1, 3}, {"VEC4", 1, 4},
+                     {"MAT2", 2, 2},   {"MAT3", 3, 3}, {"MAT4", 4, 4}};
 enum { ELEMENT_TYPE_COUNT = sizeof ELEMENT_TYPES / sizeof *ELEMENT_TYPES };
 
 static bool read_type(clast_gltf *gltf, clast_gltf_accessor *accessor)
@@ -39,7 +40,8 @@ static bool read_type(clast_gltf *gltf, clast_gltf_accessor *accessor)
     }
     accessor->component_size = size_of_component(component);
     if (accessor->component_size == 0) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "componentType %llu: expected 5120, 5121, 5122, 5123, 5125 or 5126",
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value,
+                               "componentType %llu: expected 5120, 5121, 5122, 5123, 5125 or 5126",
                                (unsigned long long)component);
     }
     accessor->component = (clast_gltf_component)component;
@@ -50,7 +52,8 @@ static bool read_type(clast_gltf *gltf, clast_gltf_accessor *accessor)
         }
     }
     if (accessor->columns == 0) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "type %.40s: expected SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4",
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value,
+                               "type %.40s: expected SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4",
                                type != NULL ? type : "missing");
     }
     uint32_t column_size = accessor->rows * accessor->component_size;
@@ -60,18 +63,21 @@ static bool read_type(clast_gltf *gltf, clast_gltf_accessor *accessor)
 }
 
 // Where elements are in a view, with their range checked: the alignment rules of section 3.6.2.4.
-static bool place_elements(clast_gltf *gltf, const clast_gltf_value *value, clast_bytes view, uint64_t offset, uint64_t count,
-                           uint64_t stride, uint64_t element_size, uint32_t alignment, clast_bytes *bytes)
+static bool place_elements(clast_gltf *gltf, const clast_gltf_value *value, clast_bytes view, uint64_t offset,
+                           uint64_t count, uint64_t stride, uint64_t element_size, uint32_t alignment,
+                           clast_bytes *bytes)
 {
     if (offset % alignment != 0 || stride % alignment != 0) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "byteOffset %llu and stride %llu: expected multiples of the component's %u bytes",
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value,
+                               "byteOffset %llu and stride %llu: expected multiples of the component's %u bytes",
                                (unsigned long long)offset, (unsigned long long)stride, alignment);
     }
     if (!clast_elements_fit(offset, count, stride, element_size, view.size)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value,
-                               "%llu elements of %llu bytes, every %llu bytes from byte %llu: expected to lie in the buffer view's %llu bytes",
-                               (unsigned long long)count, (unsigned long long)element_size, (unsigned long long)stride,
-                               (unsigned long long)offset, (unsigned long long)view.size);
+        return clast_gltf_fail(
+            gltf, CLAST_ERROR_MALFORMED, value,
+            "%llu elements of %llu bytes, every %llu bytes from byte %llu: expected to lie in the buffer view's %llu bytes",
+            (unsigned long long)count, (unsigned long long)element_size, (unsigned long long)stride,
+            (unsigned long long)offset, (unsigned long long)view.size);
     }
     return clast_bytes_slice(view, offset, view.size - offset, bytes);
 }
@@ -97,15 +103,16 @@ static bool open_dense(clast_gltf *gltf, clast_gltf_accessor *accessor)
         return false;
     }
     if (accessor->stride < accessor->element_size) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &view, "byteStride %llu: expected at least the %u bytes of an element",
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &view,
+                               "byteStride %llu: expected at least the %u bytes of an element",
                                (unsigned long long)accessor->stride, accessor->element_size);
     }
-    return place_elements(gltf, value, bytes, offset, accessor->count, accessor->stride, accessor->element_size, accessor->component_size,
-                          &accessor->bytes);
+    return place_elements(gltf, value, bytes, offset, accessor->count, accessor->stride, accessor->element_size,
+                          accessor->component_size, &accessor->bytes);
 }
 
-static bool open_sparse_part(clast_gltf *gltf, const clast_gltf_value *part, uint64_t count, uint32_t element_size, uint32_t alignment,
-                             clast_bytes *bytes)
+static bool open_sparse_part(clast_gltf *gltf, const clast_gltf_value *part, uint64_t count, uint32_t element_size,
+                             uint32_t alignment, clast_bytes *bytes)
 {
     uint32_t view = clast_gltf_index(gltf, part, "bufferView", CLAST_GLTF_BUFFER_VIEWS), buffer;
     uint64_t offset = clast_gltf_integer(gltf, part, "byteOffset", 0, INT64_MAX, 0);
@@ -131,9 +138,11 @@ static bool check_sparse_indices(clast_gltf *gltf, const clast_gltf_value *place
 {
     uint64_t next = 0;
     for (uint64_t i = 0; i < accessor->sparse_count; i++) {
-        uint32_t index = read_unsigned(accessor->sparse_indices.data + i * accessor->sparse_index_size, accessor->sparse_index_size);
+        uint32_t index = read_unsigned(accessor->sparse_indices.data + i * accessor->sparse_index_size,
+                                       accessor->sparse_index_size);
         if (index < next || index >= accessor->count) {
-            return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "index %llu is %u: expected a growing order below the count of %llu",
+            return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
+                                   "index %llu is %u: expected a growing order below the count of %llu",
                                    (unsigned long long)i, index, (unsigned long long)accessor->count);
         }
         next = (uint64_t)index + 1;
@@ -154,29 +163,33 @@ static bool open_sparse(clast_gltf *gltf, clast_gltf_accessor *accessor)
     if (!clast_gltf_ok(gltf)) {
         return false;
     }
-    if (component != CLAST_GLTF_UNSIGNED_BYTE && component != CLAST_GLTF_UNSIGNED_SHORT && component != CLAST_GLTF_UNSIGNED_INT) {
+    if (component != CLAST_GLTF_UNSIGNED_BYTE && component != CLAST_GLTF_UNSIGNED_SHORT &&
+        component != CLAST_GLTF_UNSIGNED_INT) {
         return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &indices, "componentType %llu: expected 5121, 5123 or 5125",
                                (unsigned long long)component);
     }
     accessor->sparse_index_size = size_of_component(component);
-    return open_sparse_part(gltf, &indices, accessor->sparse_count, accessor->sparse_index_size, accessor->sparse_index_size,
-                            &accessor->sparse_indices) &&
+    return open_sparse_part(gltf, &indices, accessor->sparse_count, accessor->sparse_index_size,
+                            accessor->sparse_index_size, &accessor->sparse_indices) &&
            open_sparse_part(gltf, &values, accessor->sparse_count, accessor->element_size, accessor->component_size,
                             &accessor->sparse_values) &&
            check_sparse_indices(gltf, &indices, accessor);
 }
 
-bool clast_gltf_open_accessor(clast_gltf *gltf, const clast_gltf_value *user, uint32_t index, clast_gltf_accessor *accessor)
+bool clast_gltf_open_accessor(clast_gltf *gltf, const clast_gltf_value *user, uint32_t index,
+                              clast_gltf_accessor *accessor)
 {
-    *accessor = (clast_gltf_accessor){.value = clast_gltf_entry(gltf, CLAST_GLTF_ACCESSORS, index), .buffer = CLAST_NONE};
+    *accessor = (clast_gltf_accessor){.value = clast_gltf_entry(gltf, CLAST_GLTF_ACCESSORS, index),
+                                      .buffer = CLAST_NONE};
     accessor->count = clast_gltf_integer(gltf, &accessor->value, "count", 1, INT64_MAX, CLAST_GLTF_REQUIRED);
     accessor->normalised = clast_gltf_flag(gltf, &accessor->value, "normalized", false);
-    if (!clast_gltf_ok(gltf) || !read_type(gltf, accessor) || !open_dense(gltf, accessor) || !open_sparse(gltf, accessor)) {
+    if (!clast_gltf_ok(gltf) || !read_type(gltf, accessor) || !open_dense(gltf, accessor) ||
+        !open_sparse(gltf, accessor)) {
         return false;
     }
     if (accessor->count >= CLAST_NONE) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, user, "%llu elements: expected fewer than %u", (unsigned long long)accessor->count,
-                               CLAST_NONE);
+        return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, user, "%llu elements: expected fewer than %u",
+                               (unsigned long long)accessor->count, CLAST_NONE);
     }
     return true;
 }
@@ -206,10 +219,11 @@ static const char *type_text(uint32_t columns, uint32_t rows)
     return "none";
 }
 
-bool clast_gltf_accessor_is(clast_gltf *gltf, const clast_gltf_value *user, const clast_gltf_accessor *accessor, uint32_t components,
-                            uint32_t columns, uint32_t rows)
+bool clast_gltf_accessor_is(clast_gltf *gltf, const clast_gltf_value *user, const clast_gltf_accessor *accessor,
+                            uint32_t components, uint32_t columns, uint32_t rows)
 {
-    if ((components & CLAST_GLTF_BIT(accessor->component)) != 0 && accessor->columns == columns && accessor->rows == rows) {
+    if ((components & CLAST_GLTF_BIT(accessor->component)) != 0 && accessor->columns == columns &&
+        accessor->rows == rows) {
         return true;
     }
     char expected[96] = "";
@@ -220,8 +234,9 @@ bool clast_gltf_accessor_is(clast_gltf *gltf, const clast_gltf_value *user, cons
                      component_text((clast_gltf_component)component));
         }
     }
-    return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, user, "%s of %s: expected %s of %s", type_text(accessor->columns, accessor->rows),
-                           component_text(accessor->component), type_text(columns, rows), expected);
+    return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, user, "%s of %s: expected %s of %s",
+                           type_text(accessor->columns, accessor->rows), component_text(accessor->component),
+                           type_text(columns, rows), expected);
 }
 
 // ------------------------------------------------------------------------------------------------------------- reading
@@ -239,7 +254,8 @@ static float read_component(const unsigned char *bytes, clast_gltf_component com
         float value = (float)(int16_t)read_unsigned(bytes, 2);
         return !normalised ? value : value < -32767.0f ? -1.0f : value / 32767.0f;
     }
-    case CLAST_GLTF_UNSIGNED_SHORT: return normalised ? (float)read_unsigned(bytes, 2) / 65535.0f : (float)read_unsigned(bytes, 2);
+    case CLAST_GLTF_UNSIGNED_SHORT:
+        return normalised ? (float)read_unsigned(bytes, 2) / 65535.0f : (float)read_unsigned(bytes, 2);
     case CLAST_GLTF_UNSIGNED_INT: return (float)read_unsigned(bytes, 4);
     case CLAST_GLTF_FLOAT: {
         uint32_t bits = read_unsigned(bytes, 4);
@@ -256,7 +272,8 @@ static void read_element(const clast_gltf_accessor *accessor, const unsigned cha
     for (uint32_t column = 0; column < accessor->columns; column++) {
         const unsigned char *from = bytes + (size_t)column * accessor->column_stride;
         for (uint32_t row = 0; row < accessor->rows; row++) {
-            *floats++ = read_component(from + (size_t)row * accessor->component_size, accessor->component, accessor->normalised);
+            *floats++ = read_component(from + (size_t)row * accessor->component_size, accessor->component,
+                                       accessor->normalised);
         }
     }
 }
@@ -272,13 +289,14 @@ void clast_gltf_read_floats(const clast_gltf_accessor *accessor, float *floats)
         }
     }
     for (size_t i = 0; i < accessor->sparse_count; i++) {
-        size_t index = read_unsigned(accessor->sparse_indices.data + i * accessor->sparse_index_size, accessor->sparse_index_size);
+        size_t index = read_unsigned(accessor->sparse_indices.data + i * accessor->sparse_index_size,
+                                     accessor->sparse_index_size);
         read_element(accessor, accessor->sparse_values.data + i * accessor->element_size, floats + index * components);
     }
 }
 
-float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uint32_t components, uint32_t columns, uint32_t rows,
-                             uint64_t *count)
+float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uint32_t components, uint32_t columns,
+                             uint32_t rows, uint64_t *count)
 {
     clast_gltf_accessor accessor;
     uint32_t index = clast_gltf_value_index(gltf, user, CLAST_GLTF_ACCESSORS);
@@ -287,8 +305,8 @@ float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uin
         return NULL;
     }
     if (*count != 0 && *count != accessor.count) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, user, "%llu elements: expected %llu", (unsigned long long)accessor.count,
-                        (unsigned long long)*count);
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, user, "%llu elements: expected %llu",
+                        (unsigned long long)accessor.count, (unsigned long long)*count);
         return NULL;
     }
     *count = accessor.count;
@@ -310,14 +328,17 @@ void clast_gltf_read_integers(const clast_gltf_accessor *accessor, uint32_t *int
     } else {
         for (size_t i = 0; i < accessor->count; i++) {
             for (size_t k = 0; k < components; k++) {
-                integers[i * components + k] = read_unsigned(accessor->bytes.data + i * accessor->stride + k * size, size);
+                integers[i * components + k] = read_unsigned(accessor->bytes.data + i * accessor->stride + k * size,
+                                                             size);
             }
         }
     }
     for (size_t i = 0; i < accessor->sparse_count; i++) {
-        size_t index = read_unsigned(accessor->sparse_indices.data + i * accessor->sparse_index_size, accessor->sparse_index_size);
+        size_t index = read_unsigned(accessor->sparse_indices.data + i * accessor->sparse_index_size,
+                                     accessor->sparse_index_size);
         for (size_t k = 0; k < components; k++) {
-            integers[index * components + k] = read_unsigned(accessor->sparse_values.data + i * accessor->element_size + k * size, size);
+            integers[index * components + k] = read_unsigned(
+                accessor->sparse_values.data + i * accessor->element_size + k * size, size);
         }
     }
 }

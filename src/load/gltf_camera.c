@@ -26,7 +26,8 @@ static void read_projection(clast_gltf *gltf, const clast_gltf_value *value, cla
     const char *type = clast_gltf_text(gltf, value, "type");
     bool is_perspective = type != NULL && strcmp(type, "perspective") == 0;
     if (!is_perspective && (type == NULL || strcmp(type, "orthographic") != 0)) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "type \"%.40s\": expected perspective or orthographic", type != NULL ? type : "");
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "type \"%.40s\": expected perspective or orthographic",
+                        type != NULL ? type : "");
         return;
     }
     clast_gltf_value part = clast_gltf_object(gltf, value, is_perspective ? "perspective" : "orthographic");
@@ -42,7 +43,8 @@ static void read_projection(clast_gltf *gltf, const clast_gltf_value *value, cla
         camera->projection = CLAST_PROJECTION_ORTHOGRAPHIC;
         camera->height = 2.0f * fabsf(clast_gltf_number(gltf, &part, "ymag", -FLT_MAX / 4.0f, FLT_MAX / 4.0f, 0.0f));
         if (clast_gltf_ok(gltf) && camera->height == 0.0f) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &part, "ymag: expected half the height of what is seen, not 0");
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &part,
+                            "ymag: expected half the height of what is seen, not 0");
         }
     }
 }
@@ -97,7 +99,8 @@ static bool read_light_type(clast_gltf *gltf, const clast_gltf_value *value, cla
             return true;
         }
     }
-    return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "type \"%.40s\": expected point, spot or directional", text != NULL ? text : "");
+    return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "type \"%.40s\": expected point, spot or directional",
+                           text != NULL ? text : "");
 }
 
 // KHR_lights_punctual. Lights shine along -z.
@@ -114,7 +117,8 @@ void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, const 
     uint64_t count = clast_gltf_size(&lights);
     uint64_t index = clast_gltf_integer(gltf, &use, "light", 0, count != 0 ? count - 1 : 0, CLAST_GLTF_REQUIRED);
     if (clast_gltf_ok(gltf) && count == 0) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &use, "the file has no lights: expected extensions.KHR_lights_punctual.lights");
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &use,
+                        "the file has no lights: expected extensions.KHR_lights_punctual.lights");
     }
     clast_light_desc light = {.colour = {1, 1, 1}};
     if (!clast_gltf_ok(gltf)) {
@@ -138,7 +142,8 @@ void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, const 
     for (int i = 0; i < 3; i++) {
         light.position[i] = (float)to_world->rows[i][3];
     }
-    if (light.type != CLAST_LIGHT_POINT && light.direction[0] == 0.0f && light.direction[1] == 0.0f && light.direction[2] == 0.0f) {
+    if (light.type != CLAST_LIGHT_POINT && light.direction[0] == 0.0f && light.direction[1] == 0.0f &&
+        light.direction[2] == 0.0f) {
         clast_gltf_warn(gltf, node, "the light's direction is scaled to nothing: left out");
         return;
     }

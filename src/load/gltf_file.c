@@ -28,15 +28,16 @@ static bool take_chunk(clast_gltf *gltf, size_t number, uint32_t type, clast_byt
 {
     if (number == 0) {
         if (type != GLB_JSON) {
-            return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "the first chunk has type 0x%08x: expected JSON (0x%08x)", type,
-                                   (unsigned)GLB_JSON);
+            return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL,
+                                   "the first chunk has type 0x%08x: expected JSON (0x%08x)", type, (unsigned)GLB_JSON);
         }
         *text = chunk;
         return true;
     }
     if (type == GLB_JSON || (type == GLB_BINARY && number != 1)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "chunk %zu is %s: expected one JSON chunk first, then at most one BIN chunk",
-                               number, type == GLB_JSON ? "JSON" : "BIN");
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL,
+                               "chunk %zu is %s: expected one JSON chunk first, then at most one BIN chunk", number,
+                               type == GLB_JSON ? "JSON" : "BIN");
     }
     if (type == GLB_BINARY) {
         gltf->binary_chunk = chunk;
@@ -49,15 +50,16 @@ static bool split_binary(clast_gltf *gltf, clast_bytes file, clast_bytes *text)
 {
     uint32_t version, length;
     if (!read_word(file, 4, &version) || !read_word(file, 8, &length)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "%llu bytes: expected a header of %d", (unsigned long long)file.size,
-                               GLB_HEADER_SIZE);
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "%llu bytes: expected a header of %d",
+                               (unsigned long long)file.size, GLB_HEADER_SIZE);
     }
     if (version != 2) {
         return clast_gltf_fail(gltf, CLAST_ERROR_UNSUPPORTED, NULL, "binary glTF version %u: expected 2", version);
     }
     clast_bytes glb;
     if (length < GLB_HEADER_SIZE || !clast_bytes_slice(file, 0, length, &glb)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "the header says %u bytes: expected at least %d and the file's %llu", length,
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL,
+                               "the header says %u bytes: expected at least %d and the file's %llu", length,
                                GLB_HEADER_SIZE, (unsigned long long)file.size);
     }
     uint64_t offset = GLB_HEADER_SIZE;
@@ -67,11 +69,13 @@ static bool split_binary(clast_gltf *gltf, clast_bytes file, clast_bytes *text)
         clast_bytes chunk;
         if (!read_word(glb, offset, &size) || !read_word(glb, offset + 4, &type) ||
             !clast_bytes_slice(glb, offset + GLB_CHUNK_HEADER_SIZE, size, &chunk)) {
-            return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "chunk %zu at byte %llu does not fit into the %u bytes that the header says",
-                                   number, (unsigned long long)offset, length);
+            return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL,
+                                   "chunk %zu at byte %llu does not fit into the %u bytes that the header says", number,
+                                   (unsigned long long)offset, length);
         }
         if (size % 4 != 0) {
-            return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "chunk %zu has %u bytes: expected a multiple of 4", number, size);
+            return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL,
+                                   "chunk %zu has %u bytes: expected a multiple of 4", number, size);
         }
         if (!take_chunk(gltf, number, type, chunk, text)) {
             return false;
@@ -135,13 +139,15 @@ static int64_t decode_base64(const unsigned char *text, size_t length, unsigned 
     return (int64_t)out;
 }
 
-static bool open_data_uri(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, void **block, clast_bytes *bytes)
+static bool open_data_uri(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, void **block,
+                          clast_bytes *bytes)
 {
     static const char marker[] = ";base64";
     const char *comma = strchr(uri, ',');
     size_t head = comma != NULL ? (size_t)(comma - uri) : 0;
     if (head < sizeof marker - 1 || memcmp(comma - (sizeof marker - 1), marker, sizeof marker - 1) != 0) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "a data URI that is not of the form data:[type];base64,DATA");
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
+                               "a data URI that is not of the form data:[type];base64,DATA");
     }
     const char *text = comma + 1;
     size_t length = strlen(text);
@@ -153,7 +159,8 @@ static bool open_data_uri(clast_gltf *gltf, const clast_gltf_value *place, const
     if (size < 0) {
         clast_free(gltf->context, *block);
         *block = NULL;
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "the data URI's %zu characters are not padded base64", length);
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
+                               "the data URI's %zu characters are not padded base64", length);
     }
     *bytes = (clast_bytes){*block, (uint64_t)size};
     return true;
@@ -161,7 +168,10 @@ static bool open_data_uri(clast_gltf *gltf, const clast_gltf_value *place, const
 
 static int hexadecimal_digit(char c)
 {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    return c >= '0' && c <= '9'   ? c - '0'
+           : c >= 'a' && c <= 'f' ? c - 'a' + 10
+           : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                  : -1;
 }
 
 // Decodes %XX in place (RFC 3986 section 2.1); false where it is broken or hides a zero byte.
@@ -192,10 +202,12 @@ static bool has_scheme(const char *uri)
     return length > 0 && uri[length] == ':' && strchr(letters, uri[0]) != NULL;
 }
 
-static bool open_external(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, clast_file_view *file, clast_bytes *bytes)
+static bool open_external(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, clast_file_view *file,
+                          clast_bytes *bytes)
 {
     if (has_scheme(uri) || uri[0] == '/') {
-        return clast_gltf_fail(gltf, CLAST_ERROR_UNSUPPORTED, place, "\"%.200s\": expected a path relative to the file, or a data URI", uri);
+        return clast_gltf_fail(gltf, CLAST_ERROR_UNSUPPORTED, place,
+                               "\"%.200s\": expected a path relative to the file, or a data URI", uri);
     }
     char *decoded = clast_copy_text(gltf->context, uri);
     if (decoded == NULL) {
@@ -203,7 +215,8 @@ static bool open_external(clast_gltf *gltf, const clast_gltf_value *place, const
     }
     if (!decode_percent(decoded) || decoded[0] == '\0') {
         clast_free(gltf->context, decoded);
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "\"%.200s\": expected a path with %% only in escapes such as %%20", uri);
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
+                               "\"%.200s\": expected a path with %% only in escapes such as %%20", uri);
     }
     char *path = clast_path_beside(gltf->context, gltf->path, decoded);
     clast_status status = path != NULL ? clast_file_map(gltf->context, path, file) : CLAST_ERROR_OUT_OF_MEMORY;
@@ -217,10 +230,11 @@ static bool open_external(clast_gltf *gltf, const clast_gltf_value *place, const
     return status == CLAST_OK;
 }
 
-bool clast_gltf_open_uri(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, void **block, clast_file_view *file,
-                         clast_bytes *bytes)
+bool clast_gltf_open_uri(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, void **block,
+                         clast_file_view *file, clast_bytes *bytes)
 {
-    return strncmp(uri, "data:", 5) == 0 ? open_data_uri(gltf, place, uri, block, bytes) : open_external(gltf, place, uri, file, bytes);
+    return strncmp(uri, "data:", 5) == 0 ? open_data_uri(gltf, place, uri, block, bytes)
+                                         : open_external(gltf, place, uri, file, bytes);
 }
 
 // ------------------------------------------------------------------------------------------------------------- buffers
@@ -243,10 +257,12 @@ static bool open_buffer(clast_gltf *gltf, uint32_t index)
     } else if (index == 0 && gltf->has_binary_chunk) {
         buffer->is_binary_chunk = true;
     } else {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "no uri: expected one, or a first buffer that is a .glb's BIN chunk");
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value,
+                               "no uri: expected one, or a first buffer that is a .glb's BIN chunk");
     }
     if (!clast_bytes_slice(whole, 0, length, &buffer->bytes)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "byteLength %llu: expected at most the %llu bytes that there are",
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value,
+                               "byteLength %llu: expected at most the %llu bytes that there are",
                                (unsigned long long)length, (unsigned long long)whole.size);
     }
     buffer->opened = true;
@@ -285,7 +301,8 @@ bool clast_gltf_open_view(clast_gltf *gltf, uint32_t index, clast_bytes *bytes, 
         return false;
     }
     if (!clast_bytes_slice(gltf->buffers[number].bytes, offset, length, bytes)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &view, "byteOffset %llu and byteLength %llu: expected to lie in the %llu bytes of buffer %u",
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &view,
+                               "byteOffset %llu and byteLength %llu: expected to lie in the %llu bytes of buffer %u",
                                (unsigned long long)offset, (unsigned long long)length,
                                (unsigned long long)gltf->buffers[number].bytes.size, number);
     }

@@ -68,7 +68,8 @@ static void take_image(clast_gltf *gltf, image_job *job)
     }
     if (job->status != CLAST_OK) {
         // Others may have failed beside it: once more, for the text of this one.
-        clast_gltf_check(gltf, clast_decode_image(gltf->context, job->name, job->bytes.data, job->bytes.size, &job->image));
+        clast_gltf_check(gltf,
+                         clast_decode_image(gltf->context, job->name, job->bytes.data, job->bytes.size, &job->image));
         return;
     }
     clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_IMAGES, job->index);
@@ -103,14 +104,16 @@ static void read_batch(clast_gltf *gltf, image_job *jobs, size_t count)
 // Marks the image of a texture that a material's slot names; what is broken there is said when the material is read.
 static void mark_slot(clast_gltf *gltf, const clast_gltf_value *object, const char *name, bool *used)
 {
-    uint64_t counts[] = {clast_gltf_size(&gltf->lists[CLAST_GLTF_TEXTURES]), clast_gltf_size(&gltf->lists[CLAST_GLTF_IMAGES])};
+    uint64_t counts[] = {clast_gltf_size(&gltf->lists[CLAST_GLTF_TEXTURES]),
+                         clast_gltf_size(&gltf->lists[CLAST_GLTF_IMAGES])};
     const json_t *slot = json_object_get(object->json, name);
     const json_t *index = json_object_get(slot, "index");
     json_int_t texture = json_is_integer(index) ? json_integer_value(index) : -1;
     if (texture < 0 || (uint64_t)texture >= counts[0]) {
         return;
     }
-    const json_t *source = json_object_get(json_array_get(gltf->lists[CLAST_GLTF_TEXTURES].json, (size_t)texture), "source");
+    const json_t *source = json_object_get(json_array_get(gltf->lists[CLAST_GLTF_TEXTURES].json, (size_t)texture),
+                                           "source");
     json_int_t image = json_is_integer(source) ? json_integer_value(source) : -1;
     if (image >= 0 && (uint64_t)image < counts[1]) {
         used[image] = true;
@@ -175,7 +178,8 @@ static clast_wrap read_wrap(clast_gltf *gltf, const clast_gltf_value *sampler, c
     case REPEAT: return CLAST_WRAP_REPEAT;
     }
     clast_gltf_value place = clast_gltf_member(sampler, name);
-    clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &place, "%llu: expected 10497, 33071 or 33648", (unsigned long long)wrap);
+    clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &place, "%llu: expected 10497, 33071 or 33648",
+                    (unsigned long long)wrap);
     return CLAST_WRAP_REPEAT;
 }
 
@@ -195,7 +199,8 @@ static void warn_sourceless(clast_gltf *gltf, const clast_gltf_value *texture)
 {
     clast_gltf_value extensions = clast_gltf_object(gltf, texture, "extensions");
     const char *name = json_object_iter_key(json_object_iter(extensions.json));
-    clast_gltf_warn(gltf, texture, "no source%s%.80s: left out", name != NULL ? " but by the extension " : "", name != NULL ? name : "");
+    clast_gltf_warn(gltf, texture, "no source%s%.80s: left out", name != NULL ? " but by the extension " : "",
+                    name != NULL ? name : "");
 }
 
 uint32_t clast_gltf_texture(clast_gltf *gltf, uint32_t index)

@@ -85,8 +85,8 @@ static const char *type_text(const json_t *json)
 
 static bool fail_type(clast_gltf *gltf, const clast_gltf_value *value, const char *expected)
 {
-    return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%s: expected %s", value->json != NULL ? type_text(value->json) : "missing",
-                           expected);
+    return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%s: expected %s",
+                           value->json != NULL ? type_text(value->json) : "missing", expected);
 }
 
 // ---------------------------------------------------------------------------------------------------- objects, arrays
@@ -142,7 +142,8 @@ clast_gltf_value clast_gltf_entry(clast_gltf *gltf, clast_gltf_list list, uint32
     return clast_gltf_element_object(gltf, &gltf->lists[list], index);
 }
 
-clast_gltf_value clast_gltf_extension(clast_gltf *gltf, const clast_gltf_value *object, clast_gltf_value *extensions, const char *name)
+clast_gltf_value clast_gltf_extension(clast_gltf *gltf, const clast_gltf_value *object, clast_gltf_value *extensions,
+                                      const char *name)
 {
     *extensions = clast_gltf_object(gltf, object, "extensions");
     return clast_gltf_object(gltf, extensions, name);
@@ -166,8 +167,8 @@ static bool to_integer(const json_t *json, uint64_t *integer)
     return true;
 }
 
-uint64_t clast_gltf_integer(clast_gltf *gltf, const clast_gltf_value *object, const char *name, uint64_t least, uint64_t most,
-                            uint64_t absent)
+uint64_t clast_gltf_integer(clast_gltf *gltf, const clast_gltf_value *object, const char *name, uint64_t least,
+                            uint64_t most, uint64_t absent)
 {
     clast_gltf_value value = clast_gltf_member(object, name);
     uint64_t fallback = absent == CLAST_GLTF_REQUIRED ? least : absent, integer;
@@ -182,8 +183,8 @@ uint64_t clast_gltf_integer(clast_gltf *gltf, const clast_gltf_value *object, co
         return fallback;
     }
     if (!to_integer(value.json, &integer) || integer < least || integer > most) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "%.17g: expected an integer from %llu to %llu", json_number_value(value.json),
-                        (unsigned long long)least, (unsigned long long)most);
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "%.17g: expected an integer from %llu to %llu",
+                        json_number_value(value.json), (unsigned long long)least, (unsigned long long)most);
         return fallback;
     }
     return integer;
@@ -203,15 +204,17 @@ static float read_number(clast_gltf *gltf, const clast_gltf_value *value, float 
     if (most == FLT_MAX && least == -FLT_MAX) {
         clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.9g: expected a finite 32-bit float", number);
     } else if (most == FLT_MAX) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.9g: expected a finite number of at least %.9g", number, (double)least);
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.9g: expected a finite number of at least %.9g", number,
+                        (double)least);
     } else {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.9g: expected a number from %.9g to %.9g", number, (double)least,
-                        (double)most);
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.9g: expected a number from %.9g to %.9g", number,
+                        (double)least, (double)most);
     }
     return fallback;
 }
 
-float clast_gltf_number(clast_gltf *gltf, const clast_gltf_value *object, const char *name, float least, float most, float absent)
+float clast_gltf_number(clast_gltf *gltf, const clast_gltf_value *object, const char *name, float least, float most,
+                        float absent)
 {
     clast_gltf_value value = clast_gltf_member(object, name);
     return value.json == NULL ? absent : read_number(gltf, &value, least, most, absent);
@@ -239,15 +242,16 @@ const char *clast_gltf_text(clast_gltf *gltf, const clast_gltf_value *object, co
     return json_string_value(value.json);
 }
 
-bool clast_gltf_numbers(clast_gltf *gltf, const clast_gltf_value *object, const char *name, size_t count, float least, float most,
-                        float *values)
+bool clast_gltf_numbers(clast_gltf *gltf, const clast_gltf_value *object, const char *name, size_t count, float least,
+                        float most, float *values)
 {
     clast_gltf_value array = clast_gltf_array(gltf, object, name);
     if (array.json == NULL) {
         return false;
     }
     if (clast_gltf_size(&array) != count) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &array, "%zu elements: expected %zu", clast_gltf_size(&array), count);
+        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &array, "%zu elements: expected %zu",
+                               clast_gltf_size(&array), count);
     }
     for (size_t i = 0; i < count; i++) {
         clast_gltf_value value = clast_gltf_element(&array, i);
@@ -273,8 +277,8 @@ uint32_t clast_gltf_value_index(clast_gltf *gltf, const clast_gltf_value *value,
         if (count == 0) {
             clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.17g: the file has no %s", number, keys[list]);
         } else {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.17g: expected the index of one of the %llu %s", number,
-                            (unsigned long long)count, keys[list]);
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, value, "%.17g: expected the index of one of the %llu %s",
+                            number, (unsigned long long)count, keys[list]);
         }
         return CLAST_NONE;
     }

@@ -17,7 +17,8 @@ static void read_transform(clast_gltf *gltf, const clast_gltf_value *object, cla
     clast_gltf_numbers(gltf, &transform, "offset", 2, -FLT_MAX, FLT_MAX, slot->offset);
     clast_gltf_numbers(gltf, &transform, "scale", 2, -FLT_MAX, FLT_MAX, slot->scale);
     slot->rotation = clast_gltf_number(gltf, &transform, "rotation", -FLT_MAX, FLT_MAX, 0.0f);
-    slot->coordinate_set = (uint32_t)clast_gltf_integer(gltf, &transform, "texCoord", 0, UINT32_MAX - 1, slot->coordinate_set);
+    slot->coordinate_set = (uint32_t)clast_gltf_integer(gltf, &transform, "texCoord", 0, UINT32_MAX - 1,
+                                                        slot->coordinate_set);
 }
 
 // A texture slot, and its `factor_name` (scale or strength), which only some have.
@@ -72,7 +73,8 @@ static void read_emissive(clast_gltf *gltf, const clast_gltf_value *material, cl
     for (int i = 0; i < 3; i++) {
         desc->emissive[i] *= factor;
         if (!is_finite1(desc->emissive[i])) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &strength, "emissiveStrength %.9g times emissiveFactor is not finite", (double)factor);
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &strength,
+                            "emissiveStrength %.9g times emissiveFactor is not finite", (double)factor);
         }
     }
 }
@@ -87,9 +89,11 @@ static void read_material(clast_gltf *gltf, const clast_gltf_value *value, clast
     desc->metallic = clast_gltf_number(gltf, &reflectance, "metallicFactor", 0.0f, 1.0f, 1.0f);
     desc->roughness = clast_gltf_number(gltf, &reflectance, "roughnessFactor", 0.0f, 1.0f, 1.0f);
     read_slot(gltf, &reflectance, "baseColorTexture", &desc->base_colour_texture, NULL, 0.0f, 0.0f, NULL);
-    read_slot(gltf, &reflectance, "metallicRoughnessTexture", &desc->metallic_roughness_texture, NULL, 0.0f, 0.0f, NULL);
+    read_slot(gltf, &reflectance, "metallicRoughnessTexture", &desc->metallic_roughness_texture, NULL, 0.0f, 0.0f,
+              NULL);
     read_slot(gltf, value, "normalTexture", &desc->normal_texture, "scale", -FLT_MAX, FLT_MAX, &desc->normal_scale);
-    read_slot(gltf, value, "occlusionTexture", &desc->occlusion_texture, "strength", 0.0f, 1.0f, &desc->occlusion_strength);
+    read_slot(gltf, value, "occlusionTexture", &desc->occlusion_texture, "strength", 0.0f, 1.0f,
+              &desc->occlusion_strength);
     read_slot(gltf, value, "emissiveTexture", &desc->emissive_texture, NULL, 0.0f, 0.0f, NULL);
     read_emissive(gltf, value, desc);
     desc->alpha_mode = read_alpha_mode(gltf, value);
@@ -97,11 +101,13 @@ static void read_material(clast_gltf *gltf, const clast_gltf_value *value, clast
     desc->double_sided = clast_gltf_flag(gltf, value, "doubleSided", false);
 }
 
-// Maps the file's coordinate sets to the two that a mesh has: as they are where 0 and 1 will do, else those in use, in order.
-static bool map_sets(clast_gltf *gltf, const clast_gltf_value *value, clast_material_desc *desc, clast_gltf_material *made)
+// Maps the file's coordinate sets to the two that a mesh has: as they are where 0 and 1 will do, else those in use,
+// in order.
+static bool map_sets(clast_gltf *gltf, const clast_gltf_value *value, clast_material_desc *desc,
+                     clast_gltf_material *made)
 {
-    clast_texture_slot *slots[SLOT_COUNT] = {&desc->base_colour_texture, &desc->metallic_roughness_texture, &desc->normal_texture,
-                                             &desc->occlusion_texture, &desc->emissive_texture};
+    clast_texture_slot *slots[SLOT_COUNT] = {&desc->base_colour_texture, &desc->metallic_roughness_texture,
+                                             &desc->normal_texture, &desc->occlusion_texture, &desc->emissive_texture};
     uint32_t used[SLOT_COUNT], count = 0, largest = 0;
     for (size_t i = 0; i < SLOT_COUNT; i++) {
         if (slots[i]->texture == CLAST_NONE) {
@@ -120,7 +126,8 @@ static bool map_sets(clast_gltf *gltf, const clast_gltf_value *value, clast_mate
     made->sets[1] = 1;
     if (largest >= 2) {
         if (count > 2) {
-            return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, value, "%u sets of texture coordinates: expected at most 2 in a material", count);
+            return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, value,
+                                   "%u sets of texture coordinates: expected at most 2 in a material", count);
         }
         made->sets[0] = used[0];
         made->sets[1] = count == 2 ? used[1] : CLAST_NONE;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes: each primitive (section 3.7.2) becomes a geometry of the scene. Arrays that the file holds as clast wants them are
-// used where they lie.
+// Meshes: each primitive (section 3.7.2) becomes a geometry of the scene. Arrays that the file holds as clast wants
+// them are used where they lie.
 #include <stdio.h>
 #include <string.h>
 
@@ -43,7 +43,8 @@ static void drop_block(clast_gltf *gltf, primitive *made, const void *array)
     }
 }
 
-// An array that may be written to: itself where it is a block, a copy where it lies in a file. Null for null, or on failure.
+// An array that may be written to: itself where it is a block, a copy where it lies in a file. Null for null, or on
+// failure.
 static float *writable(clast_gltf *gltf, primitive *made, const float *array, size_t count)
 {
     for (uint32_t i = 0; i < made->block_count; i++) {
@@ -106,19 +107,22 @@ static void check_indices(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-static bool all_finite(clast_gltf *gltf, const clast_gltf_value *place, const float *floats, size_t count, uint32_t width)
+static bool all_finite(clast_gltf *gltf, const clast_gltf_value *place, const float *floats, size_t count,
+                       uint32_t width)
 {
     check_job job = {.floats = floats};
     atomic_init(&job.first_wrong, SIZE_MAX);
     clast_parallel_for(gltf->context, count * width, CHECK_GRAIN, check_floats, &job);
     size_t wrong = job.first_wrong;
-    return wrong == SIZE_MAX || clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "vertex %zu is not finite", wrong / width);
+    return wrong == SIZE_MAX ||
+           clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "vertex %zu is not finite", wrong / width);
 }
 
 // ---------------------------------------------------------------------------------------------------------- attributes
 
 // An attribute's accessor, checked; false where the primitive has none, or on failure.
-static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, const clast_mesh *mesh, clast_gltf_accessor *accessor)
+static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, const clast_mesh *mesh,
+                           clast_gltf_accessor *accessor)
 {
     if (place->json == NULL) {
         return false;
@@ -128,15 +132,18 @@ static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, cons
         return false;
     }
     return mesh->positions == NULL || accessor->count == mesh->vertex_count ||
-           clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "%llu elements: expected one for each of the %u vertices",
+           clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
+                           "%llu elements: expected one for each of the %u vertices",
                            (unsigned long long)accessor->count, mesh->vertex_count);
 }
 
 // An attribute as floats, in place where it can be; null where there is none, or on failure.
-static const float *read_attribute(clast_gltf *gltf, primitive *made, const clast_gltf_value *place, uint32_t components, uint32_t rows)
+static const float *read_attribute(clast_gltf *gltf, primitive *made, const clast_gltf_value *place,
+                                   uint32_t components, uint32_t rows)
 {
     clast_gltf_accessor accessor;
-    if (!open_attribute(gltf, place, &made->mesh, &accessor) || !clast_gltf_accessor_is(gltf, place, &accessor, components, 1, rows)) {
+    if (!open_attribute(gltf, place, &made->mesh, &accessor) ||
+        !clast_gltf_accessor_is(gltf, place, &accessor, components, 1, rows)) {
         return NULL;
     }
     const float *floats = accessor.component == CLAST_GLTF_FLOAT ? clast_gltf_borrow(gltf, &accessor) : NULL;
@@ -203,8 +210,8 @@ static void find_odd_lengths(void *data, size_t begin, size_t end, uint32_t work
     }
 }
 
-// Makes normals unit length where they are not (quantised ones, and files that break the rule); vertices without direction
-// get the normal of their triangles.
+// Makes normals unit length where they are not (quantised ones, and files that break the rule); vertices without
+// direction get the normal of their triangles.
 static void repair_normals(clast_gltf *gltf, primitive *made)
 {
     clast_mesh *mesh = &made->mesh;
@@ -251,8 +258,8 @@ static void expand(uint32_t mode, const uint32_t *list, size_t triangles, uint32
     }
 }
 
-static bool check_list(clast_gltf *gltf, const clast_gltf_value *place, const clast_gltf_accessor *accessor, const uint32_t *list,
-                       const clast_mesh *mesh)
+static bool check_list(clast_gltf *gltf, const clast_gltf_value *place, const clast_gltf_accessor *accessor,
+                       const uint32_t *list, const clast_mesh *mesh)
 {
     // The largest value of the type would restart a primitive (section 3.7.2.1), also where there is such a vertex.
     uint32_t restart = accessor->component_size == 4 ? UINT32_MAX : (1u << 8 * accessor->component_size) - 1;
@@ -264,9 +271,10 @@ static bool check_list(clast_gltf *gltf, const clast_gltf_value *place, const cl
         return true;
     }
     return list[wrong] == restart
-               ? clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "index %zu is %u, which restarts a primitive: expected a vertex", wrong,
-                                 list[wrong])
-               : clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "vertex %u of %u (index %zu)", list[wrong], mesh->vertex_count, wrong);
+               ? clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
+                                 "index %zu is %u, which restarts a primitive: expected a vertex", wrong, list[wrong])
+               : clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "vertex %u of %u (index %zu)", list[wrong],
+                                 mesh->vertex_count, wrong);
 }
 
 // The index list as the file has it, checked; null where the primitive has none, or on failure.
@@ -305,11 +313,13 @@ static void read_triangles(clast_gltf *gltf, primitive *made, const clast_gltf_v
     }
     size_t triangles = mode == MODE_TRIANGLES ? count / 3 : count < 3 ? 0 : count - 2;
     if (triangles > UINT32_MAX / 3) {
-        clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, value, "%zu triangles: expected at most %u", triangles, UINT32_MAX / 3);
+        clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, value, "%zu triangles: expected at most %u", triangles,
+                        UINT32_MAX / 3);
         return;
     }
     if (mode == MODE_TRIANGLES && count % 3 != 0) {
-        clast_gltf_warn(gltf, value, "%zu indices make no whole triangles: the last %zu are left out", count, count % 3);
+        clast_gltf_warn(gltf, value, "%zu indices make no whole triangles: the last %zu are left out", count,
+                        count % 3);
     }
     made->mesh.triangle_count = (uint32_t)triangles;
     if (mode == MODE_TRIANGLES && list != NULL) {
@@ -333,7 +343,8 @@ static void read_triangles(clast_gltf *gltf, primitive *made, const clast_gltf_v
 
 // ---------------------------------------------------------------------------------------------------------- primitives
 
-static void read_coordinates(clast_gltf *gltf, primitive *made, const clast_gltf_value *attributes, const clast_gltf_material *material)
+static void read_coordinates(clast_gltf *gltf, primitive *made, const clast_gltf_value *attributes,
+                             const clast_gltf_material *material)
 {
     for (uint32_t slot = 0; slot < 2; slot++) {
         uint32_t set = material != NULL ? material->sets[slot] : slot;
@@ -381,16 +392,17 @@ static void pose_vertices(clast_gltf *gltf, primitive *made, const clast_gltf_va
     mesh->positions = positions;
     mesh->normals = normals;
     mesh->tangents = tangents;
-    bool is_posed = clast_gltf_ok(gltf) && (!has_weights || clast_gltf_morph(gltf, value, pose, mesh, positions, normals, tangents)) &&
+    bool is_posed = clast_gltf_ok(gltf) &&
+                    (!has_weights || clast_gltf_morph(gltf, value, pose, mesh, positions, normals, tangents)) &&
                     (pose->joints == NULL || clast_gltf_skin(gltf, value, pose, mesh, positions, normals, tangents));
-    if (is_posed && all_finite(gltf, value, positions, count, 3) && (normals == NULL || all_finite(gltf, value, normals, count, 3)) &&
-        tangents != NULL) {
+    if (is_posed && all_finite(gltf, value, positions, count, 3) &&
+        (normals == NULL || all_finite(gltf, value, normals, count, 3)) && tangents != NULL) {
         all_finite(gltf, value, tangents, count, 4);
     }
 }
 
-static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, uint32_t mode, const clast_gltf_material *material,
-                        const clast_gltf_pose *pose)
+static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, uint32_t mode,
+                        const clast_gltf_material *material, const clast_gltf_pose *pose)
 {
     clast_gltf_value attributes = clast_gltf_object(gltf, value, "attributes");
     clast_gltf_value positions = clast_gltf_member(&attributes, "POSITION");
@@ -443,7 +455,8 @@ static bool check_compression(clast_gltf *gltf, const clast_gltf_value *value)
 }
 
 // Reads a primitive into the scene; *geometry is CLAST_NONE where it draws nothing.
-static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, const char *name, const clast_gltf_pose *pose, uint32_t *geometry)
+static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, const char *name,
+                           const clast_gltf_pose *pose, uint32_t *geometry)
 {
     *geometry = CLAST_NONE;
     uint32_t mode = (uint32_t)clast_gltf_integer(gltf, value, "mode", 0, MODE_FAN, MODE_TRIANGLES);
@@ -478,21 +491,25 @@ static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, cons
         free_blocks(gltf, &made);
         return clast_gltf_ok(gltf);
     }
-    return clast_gltf_check(gltf, clast_scene_adopt_mesh(gltf->scene, &made.mesh, made.blocks, made.block_count, name, geometry));
+    return clast_gltf_check(
+        gltf, clast_scene_adopt_mesh(gltf->scene, &made.mesh, made.blocks, made.block_count, name, geometry));
 }
 
-static bool read_primitives(clast_gltf *gltf, uint32_t mesh, const clast_gltf_value *value, const clast_gltf_value *primitives,
-                            const clast_gltf_pose *pose)
+static bool read_primitives(clast_gltf *gltf, uint32_t mesh, const clast_gltf_value *value,
+                            const clast_gltf_value *primitives, const clast_gltf_pose *pose)
 {
     const char *name = clast_gltf_text(gltf, value, "name");
     size_t count = clast_gltf_size(primitives);
-    if (!clast_gltf_check(gltf, CLAST_RESERVE(gltf->context, gltf->geometries, gltf->geometry_capacity, gltf->geometry_count + count))) {
+    if (!clast_gltf_check(gltf, CLAST_RESERVE(gltf->context, gltf->geometries, gltf->geometry_capacity,
+                                              gltf->geometry_count + count))) {
         return false;
     }
     for (size_t i = 0; i < count; i++) {
         clast_gltf_value element = clast_gltf_element_object(gltf, primitives, i);
-        if (!clast_gltf_ok(gltf) || !read_primitive(gltf, &element, name, pose, &gltf->geometries[gltf->geometry_count + i]) ||
-            !clast_gltf_check(gltf, clast_progress(gltf->context, "load", mesh, clast_gltf_size(&gltf->lists[CLAST_GLTF_MESHES])))) {
+        if (!clast_gltf_ok(gltf) ||
+            !read_primitive(gltf, &element, name, pose, &gltf->geometries[gltf->geometry_count + i]) ||
+            !clast_gltf_check(
+                gltf, clast_progress(gltf->context, "load", mesh, clast_gltf_size(&gltf->lists[CLAST_GLTF_MESHES])))) {
             return false;
         }
     }
@@ -512,7 +529,9 @@ bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose 
         return true;
     }
     clast_gltf_pose own = pose != NULL ? *pose : (clast_gltf_pose){0};
-    float *weights = clast_gltf_ok(gltf) && own.weights == NULL ? clast_gltf_read_weights(gltf, &value, &own.weight_count) : NULL;
+    float *weights = clast_gltf_ok(gltf) && own.weights == NULL
+                         ? clast_gltf_read_weights(gltf, &value, &own.weight_count)
+                         : NULL;
     if (weights != NULL) {
         own.weights = weights;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene graph (section 3.5): nodes become instances, cameras and lights with world transforms. Nodes form strict trees;
-// that is checked first, so the walk is a loop that meets each node once, however deep.
+// The scene graph (section 3.5): nodes become instances, cameras and lights with world transforms. Nodes form strict
+// trees; that is checked first, so the walk is a loop that meets each node once, however deep.
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -30,7 +30,8 @@ static clast_gltf_transform product(const clast_gltf_transform *a, const clast_g
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 4; j++) {
             const double *row = a->rows[i];
-            result.rows[i][j] = row[0] * b->rows[0][j] + row[1] * b->rows[1][j] + row[2] * b->rows[2][j] + (j == 3 ? row[3] : 0.0);
+            result.rows[i][j] = row[0] * b->rows[0][j] + row[1] * b->rows[1][j] + row[2] * b->rows[2][j] +
+                                (j == 3 ? row[3] : 0.0);
         }
     }
     return result;
@@ -73,8 +74,8 @@ static clast_gltf_transform read_matrix(clast_gltf *gltf, const clast_gltf_value
 {
     if (columns[3] != 0.0f || columns[7] != 0.0f || columns[11] != 0.0f || columns[15] != 1.0f) {
         clast_gltf_value place = clast_gltf_member(node, "matrix");
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &place, "the last row is %g %g %g %g: expected 0 0 0 1", (double)columns[3],
-                        (double)columns[7], (double)columns[11], (double)columns[15]);
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &place, "the last row is %g %g %g %g: expected 0 0 0 1",
+                        (double)columns[3], (double)columns[7], (double)columns[11], (double)columns[15]);
     }
     return from_columns(columns);
 }
@@ -87,7 +88,8 @@ static clast_gltf_transform local_transform(clast_gltf *gltf, const clast_gltf_v
     has_parts |= clast_gltf_numbers(gltf, node, "rotation", 4, -FLT_MAX, FLT_MAX, rotation);
     has_parts |= clast_gltf_numbers(gltf, node, "scale", 3, -FLT_MAX, FLT_MAX, scale);
     if (has_matrix && has_parts) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, node, "both matrix and translation, rotation or scale: expected one of the two");
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, node,
+                        "both matrix and translation, rotation or scale: expected one of the two");
     }
     if (rotation[0] == 0.0f && rotation[1] == 0.0f && rotation[2] == 0.0f && rotation[3] == 0.0f) {
         clast_gltf_value place = clast_gltf_member(node, "rotation");
@@ -97,7 +99,8 @@ static clast_gltf_transform local_transform(clast_gltf *gltf, const clast_gltf_v
 }
 
 // As floats; false, with its error, where they do not hold it.
-static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *from, float floats[12])
+static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *from,
+                      float floats[12])
 {
     for (int i = 0; i < 12; i++) {
         floats[i] = (float)from->rows[i / 4][i % 4];
@@ -110,7 +113,8 @@ static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const clas
 
 // ----------------------------------------------------------------------------------------------------------- instances
 
-static void add_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count, const clast_gltf_transform *to_world)
+static void add_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count,
+                          const clast_gltf_transform *to_world)
 {
     float floats[12];
     const char *name = clast_gltf_text(gltf, node, "name");
@@ -126,15 +130,17 @@ static void add_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32
 }
 
 // One attribute of EXT_mesh_gpu_instancing as floats, in a new block; null where it is absent, or on failure.
-static float *read_instances(clast_gltf *gltf, const clast_gltf_value *attributes, const char *name, uint32_t components, uint32_t rows,
-                             uint64_t *count)
+static float *read_instances(clast_gltf *gltf, const clast_gltf_value *attributes, const char *name,
+                             uint32_t components, uint32_t rows, uint64_t *count)
 {
     clast_gltf_value place = clast_gltf_member(attributes, name);
-    return place.json != NULL && clast_gltf_ok(gltf) ? clast_gltf_read_block(gltf, &place, components, 1, rows, count) : NULL;
+    return place.json != NULL && clast_gltf_ok(gltf) ? clast_gltf_read_block(gltf, &place, components, 1, rows, count)
+                                                     : NULL;
 }
 
 // EXT_mesh_gpu_instancing: false where the node does not have it.
-static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count, const clast_gltf_transform *to_world)
+static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count,
+                               const clast_gltf_transform *to_world)
 {
     const uint32_t any_float = CLAST_GLTF_BIT(CLAST_GLTF_FLOAT);
     const uint32_t any_turn = any_float | CLAST_GLTF_BIT(CLAST_GLTF_BYTE) | CLAST_GLTF_BIT(CLAST_GLTF_SHORT);
@@ -150,8 +156,9 @@ static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, u
     float *rotations = read_instances(gltf, &attributes, "ROTATION", any_turn, 4, &many);
     float *scales = read_instances(gltf, &attributes, "SCALE", any_float, 3, &many);
     for (size_t i = 0; i < many && clast_gltf_ok(gltf); i++) {
-        clast_gltf_transform local = compose(translations != NULL ? translations + 3 * i : none, rotations != NULL ? rotations + 4 * i : still,
-                                  scales != NULL ? scales + 3 * i : one);
+        clast_gltf_transform local = compose(translations != NULL ? translations + 3 * i : none,
+                                             rotations != NULL ? rotations + 4 * i : still,
+                                             scales != NULL ? scales + 3 * i : one);
         clast_gltf_transform whole = product(to_world, &local);
         add_instances(gltf, node, first, count, &whole);
     }
@@ -180,8 +187,9 @@ static clast_gltf_transform *read_joints(walk *walk, uint32_t skin, size_t *coun
         bound = 0; // there may be more matrices than joints
         inverse = clast_gltf_read_block(gltf, &matrices, CLAST_GLTF_BIT(CLAST_GLTF_FLOAT), 4, 4, &bound);
         if (inverse != NULL && bound < *count) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &matrices, "%llu matrices: expected one for each of the %zu joints",
-                            (unsigned long long)bound, *count);
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &matrices,
+                            "%llu matrices: expected one for each of the %zu joints", (unsigned long long)bound,
+                            *count);
         }
     }
     clast_gltf_transform *joints = clast_gltf_ok(gltf) ? clast_allocate(gltf->context, *count, sizeof *joints) : NULL;
@@ -214,7 +222,9 @@ static void add_mesh(walk *walk, const clast_gltf_value *node, const clast_gltf_
     }
     clast_gltf_pose pose = {0};
     float *weights = clast_gltf_read_weights(gltf, node, &pose.weight_count); // its own, if any
-    clast_gltf_transform *joints = skin != CLAST_NONE && clast_gltf_ok(gltf) ? read_joints(walk, skin, &pose.joint_count) : NULL;
+    clast_gltf_transform *joints = skin != CLAST_NONE && clast_gltf_ok(gltf)
+                                       ? read_joints(walk, skin, &pose.joint_count)
+                                       : NULL;
     pose.weights = weights;
     pose.joints = joints;
     clast_gltf_transform still = identity();
@@ -242,8 +252,8 @@ static bool find_parents(walk *walk)
             clast_gltf_value element = clast_gltf_element(&children, k);
             uint32_t child = clast_gltf_value_index(gltf, &element, CLAST_GLTF_NODES);
             if (child != CLAST_NONE && walk->parents[child] != CLAST_NONE) {
-                clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &element, "node %u is a child of node %u too: expected one parent", child,
-                                walk->parents[child]);
+                clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &element,
+                                "node %u is a child of node %u too: expected one parent", child, walk->parents[child]);
             }
             if (!clast_gltf_ok(gltf)) {
                 return false;
@@ -257,12 +267,13 @@ static bool find_parents(walk *walk)
     return true;
 }
 
-// With one parent each, nodes that no root leads to are in cycles, or below one. Going up from a node for as many steps as
-// there are nodes would be quadratic; `state` remembers which are known to end at a root.
+// With one parent each, nodes that no root leads to are in cycles, or below one. Going up from a node for as many
+// steps as there are nodes would be quadratic; `state` remembers which are known to end at a root.
 static bool check_cycles(walk *walk)
 {
     clast_gltf *gltf = walk->gltf;
-    unsigned char *state = clast_allocate_zeroed(gltf->context, walk->node_count, 1); // 1: on the way up, 2: ends at a root
+    unsigned char *state = clast_allocate_zeroed(gltf->context, walk->node_count,
+                                                 1); // 1: on the way up, 2: ends at a root
     if (state == NULL) {
         return clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
     }
@@ -350,7 +361,8 @@ static void walk_scene(walk *walk)
         clast_gltf_value element = clast_gltf_element(&nodes, i);
         uint32_t node = clast_gltf_value_index(gltf, &element, CLAST_GLTF_NODES);
         if (clast_gltf_ok(gltf) && walk->parents[node] != CLAST_NONE) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &element, "node %u is below another, or listed twice: expected a root", node);
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &element,
+                            "node %u is below another, or listed twice: expected a root", node);
         }
         if (clast_gltf_ok(gltf)) {
             walk->parents[node] = node; // not to be listed again

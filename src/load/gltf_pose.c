@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Morph targets (section 3.7.2.2) and skins (section 3.7.3), applied once: the pose in which a file shows its meshes before any
-// animation.
+// Morph targets (section 3.7.2.2) and skins (section 3.7.3), applied once: the pose in which a file shows its meshes
+// before any animation.
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -30,9 +30,10 @@ float *clast_gltf_read_weights(clast_gltf *gltf, const clast_gltf_value *object,
 
 // ------------------------------------------------------------------------------------------------------- morph targets
 
-// Adds a target's displacements of one attribute, times its weight, to `width` floats a vertex of which three are moved.
-static void add_target(clast_gltf *gltf, const clast_gltf_value *target, const char *name, float weight, uint64_t count, size_t width,
-                       float *vectors)
+// Adds a target's displacements of one attribute, times its weight, to `width` floats a vertex of which three are
+// moved.
+static void add_target(clast_gltf *gltf, const clast_gltf_value *target, const char *name, float weight, uint64_t count,
+                       size_t width, float *vectors)
 {
     clast_gltf_value place = clast_gltf_member(target, name);
     if (place.json == NULL || vectors == NULL || !clast_gltf_ok(gltf)) {
@@ -47,8 +48,8 @@ static void add_target(clast_gltf *gltf, const clast_gltf_value *target, const c
     clast_free(gltf->context, moves);
 }
 
-bool clast_gltf_morph(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose, const clast_mesh *mesh,
-                      float *positions, float *normals, float *tangents)
+bool clast_gltf_morph(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose,
+                      const clast_mesh *mesh, float *positions, float *normals, float *tangents)
 {
     clast_gltf_value targets = clast_gltf_array(gltf, primitive, "targets");
     if (clast_gltf_ok(gltf) && clast_gltf_size(&targets) != pose->weight_count) {
@@ -69,30 +70,33 @@ bool clast_gltf_morph(clast_gltf *gltf, const clast_gltf_value *primitive, const
 
 // --------------------------------------------------------------------------------------------------------------- skins
 
-// Adds one set of four joints for each vertex, weighted, to the vertices' matrices and the sums of their weights. False where the
-// primitive has no such set, or on failure.
-static bool add_joint_set(clast_gltf *gltf, const clast_gltf_value *attributes, unsigned set, const clast_gltf_pose *pose, uint64_t count,
-                          clast_gltf_transform *blends, double *sums)
+// Adds one set of four joints for each vertex, weighted, to the vertices' matrices and the sums of their weights.
+// False where the primitive has no such set, or on failure.
+static bool add_joint_set(clast_gltf *gltf, const clast_gltf_value *attributes, unsigned set,
+                          const clast_gltf_pose *pose, uint64_t count, clast_gltf_transform *blends, double *sums)
 {
     char joints_name[24], weights_name[24];
     snprintf(joints_name, sizeof joints_name, "JOINTS_%u", set);
     snprintf(weights_name, sizeof weights_name, "WEIGHTS_%u", set);
-    clast_gltf_value joints_place = clast_gltf_member(attributes, joints_name), weights_place = clast_gltf_member(attributes, weights_name);
+    clast_gltf_value joints_place = clast_gltf_member(attributes, joints_name),
+                     weights_place = clast_gltf_member(attributes, weights_name);
     if (joints_place.json == NULL || weights_place.json == NULL) {
         return false;
     }
     float *joints = clast_gltf_read_block(gltf, &joints_place, UNSIGNED, 1, 4, &count); // exact: at most 16 bits
-    float *weights = joints != NULL ? clast_gltf_read_block(gltf, &weights_place, FLOAT | UNSIGNED, 1, 4, &count) : NULL;
+    float *weights = joints != NULL ? clast_gltf_read_block(gltf, &weights_place, FLOAT | UNSIGNED, 1, 4, &count)
+                                    : NULL;
     for (size_t i = 0; weights != NULL && i < 4 * count && clast_gltf_ok(gltf); i++) {
         double weight = (double)weights[i];
         if (weight == 0.0) {
             continue;
         }
         if (!(joints[i] < (float)pose->joint_count)) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &joints_place, "joint %.0f of %zu (vertex %zu)", (double)joints[i], pose->joint_count,
-                            i / 4);
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &joints_place, "joint %.0f of %zu (vertex %zu)",
+                            (double)joints[i], pose->joint_count, i / 4);
         } else if (!(weight > 0.0 && weight <= (double)FLT_MAX)) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &weights_place, "weight %g (vertex %zu): expected 0 to 1", weight, i / 4);
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &weights_place, "weight %g (vertex %zu): expected 0 to 1",
+                            weight, i / 4);
         } else {
             const clast_gltf_transform *joint = &pose->joints[(size_t)joints[i]];
             for (size_t k = 0; k < 12; k++) {
@@ -110,10 +114,12 @@ static void move_direction(const double matrix[3][3], float *vector)
 {
     double moved[3], largest = 0.0;
     for (int i = 0; i < 3; i++) {
-        moved[i] = matrix[i][0] * (double)vector[0] + matrix[i][1] * (double)vector[1] + matrix[i][2] * (double)vector[2];
+        moved[i] = matrix[i][0] * (double)vector[0] + matrix[i][1] * (double)vector[1] +
+                   matrix[i][2] * (double)vector[2];
         largest = fmax(largest, fabs(moved[i]));
     }
-    double length = largest > 0.0 ? largest * sqrt((moved[0] / largest) * (moved[0] / largest) + (moved[1] / largest) * (moved[1] / largest) +
+    double length = largest > 0.0 ? largest * sqrt((moved[0] / largest) * (moved[0] / largest) +
+                                                   (moved[1] / largest) * (moved[1] / largest) +
                                                    (moved[2] / largest) * (moved[2] / largest))
                                   : 1.0;
     for (int i = 0; i < 3; i++) {
@@ -129,7 +135,8 @@ static void move_vertex(const clast_gltf_transform *blend, double sum, float *po
         for (int j = 0; j < 3; j++) {
             m[i][j] = blend->rows[i][j] / sum;
         }
-        moved[i] = m[i][0] * (double)position[0] + m[i][1] * (double)position[1] + m[i][2] * (double)position[2] + blend->rows[i][3] / sum;
+        moved[i] = m[i][0] * (double)position[0] + m[i][1] * (double)position[1] + m[i][2] * (double)position[2] +
+                   blend->rows[i][3] / sum;
     }
     for (int i = 0; i < 3; i++) {
         int a = (i + 1) % 3, b = (i + 2) % 3;
@@ -147,8 +154,8 @@ static void move_vertex(const clast_gltf_transform *blend, double sum, float *po
     }
 }
 
-bool clast_gltf_skin(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose, const clast_mesh *mesh,
-                     float *positions, float *normals, float *tangents)
+bool clast_gltf_skin(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose,
+                     const clast_mesh *mesh, float *positions, float *normals, float *tangents)
 {
     clast_gltf_value attributes = clast_gltf_object(gltf, primitive, "attributes");
     size_t count = mesh->vertex_count;
@@ -157,7 +164,8 @@ bool clast_gltf_skin(clast_gltf *gltf, const clast_gltf_value *primitive, const 
     if (sums == NULL) {
         clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
     }
-    for (unsigned set = 0; clast_gltf_ok(gltf) && add_joint_set(gltf, &attributes, set, pose, count, blends, sums); set++) {
+    for (unsigned set = 0; clast_gltf_ok(gltf) && add_joint_set(gltf, &attributes, set, pose, count, blends, sums);
+         set++) {
     }
     for (size_t i = 0; i < count && clast_gltf_ok(gltf); i++) {
         if (sums[i] > 0.0) { // vertices without weights stay

@@ -67,7 +67,7 @@ static void lists_of_a_wrong_type_are_refused(void **state)
     assert_refused(f, "{'asset':2}", CLAST_ERROR_MALFORMED, "asset: a number: expected an object");
 }
 
-// --------------------------------------------------------------------------------------------------- version, extensions
+// ------------------------------------------------------------------------------------------------- version, extensions
 
 static void versions_are_checked(void **state)
 {
@@ -87,11 +87,12 @@ static void versions_are_checked(void **state)
 static void a_needed_extension_that_is_lacking_is_named(void **state)
 {
     fixture *f = *state;
-    assert_refused(f, "{" ASSET ",'extensionsRequired':['KHR_mesh_quantization','VENDOR_magic']}", CLAST_ERROR_UNSUPPORTED,
-                   "needs the extension VENDOR_magic");
+    assert_refused(f, "{" ASSET ",'extensionsRequired':['KHR_mesh_quantization','VENDOR_magic']}",
+                   CLAST_ERROR_UNSUPPORTED, "needs the extension VENDOR_magic");
     assert_refused(f, "{" ASSET ",'extensionsRequired':[7]}", CLAST_ERROR_MALFORMED, "extensionsRequired[0]");
     assert_refused(f, "{" ASSET ",'extensionsRequired':'x'}", CLAST_ERROR_MALFORMED, "extensionsRequired");
-    assert_loads(f, "{" ASSET ",'extensionsRequired':['KHR_mesh_quantization','KHR_texture_transform','KHR_lights_punctual',"
+    assert_loads(f, "{" ASSET
+                    ",'extensionsRequired':['KHR_mesh_quantization','KHR_texture_transform','KHR_lights_punctual',"
                     "'KHR_materials_emissive_strength','EXT_mesh_gpu_instancing']}");
 }
 
@@ -118,10 +119,11 @@ static void a_data_uri_is_decoded(void **state)
 {
     fixture *f = *state;
     // TRIANGLE in base64.
-    const char *text = "{" ASSET "," NODE ",'buffers':[{'byteLength':36,'uri':'data:application/octet-stream;base64,"
-                       "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA'}]," MESH("'attributes':{'POSITION':0}")
-                       ",'bufferViews':[{'buffer':0,'byteLength':36}],"
-                       "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}";
+    const char *text =
+        "{" ASSET "," NODE ",'buffers':[{'byteLength':36,'uri':'data:application/octet-stream;base64,"
+        "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA'}]," MESH(
+            "'attributes':{'POSITION':0}") ",'bufferViews':[{'buffer':0,'byteLength':36}],"
+                                           "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}";
     assert_loads(f, text);
     assert_floats(mesh_of(f, 0)->positions, TRIANGLE, 9, 0.0f);
     assert_int_equal(f->scene->file_count, 0);
@@ -132,35 +134,49 @@ static const char *with_uri(fixture *f, const char *uri)
 {
     static char text[4096];
     (void)f;
-    snprintf(text, sizeof text,
-             "{" ASSET "," NODE ",'buffers':[{'byteLength':1,'uri':'%s'}]," MESH("'attributes':{'POSITION':0}")
-             ",'bufferViews':[{'buffer':0,'byteLength':1}],'accessors':[{'bufferView':0,'componentType':5121,'count':1,'type':'SCALAR'}]}",
-             uri);
+    snprintf(
+        text, sizeof text,
+        "{" ASSET "," NODE ",'buffers':[{'byteLength':1,'uri':'%s'}]," MESH(
+            "'attributes':{'POSITION':0}") ",'bufferViews':[{'buffer':0,'byteLength':1}],'accessors':[{'bufferView':0,'componentType':5121,'count':1,'type':'SCALAR'}]}",
+        uri);
     return text;
 }
 
 static void broken_data_uris_are_refused(void **state)
 {
     fixture *f = *state;
-    const char *broken[] = {"data:;base64,A", "data:;base64,AA", "data:;base64,AAA", "data:;base64,AA A", "data:;base64,A===",
-                            "data:;base64,====", "data:;base64,AA==AA==", "data:;base64,AA=A", "data:;base64,AA-_", "data:text/plain,AAAA",
-                            "data:;base64", "data:", "data:,"};
+    const char *broken[] = {"data:;base64,A",
+                            "data:;base64,AA",
+                            "data:;base64,AAA",
+                            "data:;base64,AA A",
+                            "data:;base64,A===",
+                            "data:;base64,====",
+                            "data:;base64,AA==AA==",
+                            "data:;base64,AA=A",
+                            "data:;base64,AA-_",
+                            "data:text/plain,AAAA",
+                            "data:;base64",
+                            "data:",
+                            "data:,"};
     for (size_t i = 0; i < sizeof broken / sizeof *broken; i++) {
         assert_refused(f, with_uri(f, broken[i]), CLAST_ERROR_MALFORMED, "buffers[0].uri");
     }
     // Well-formed ones get as far as their use: an accessor that is no position.
-    const char *sound[] = {"data:;base64,AA==", "data:;base64,AAA=", "data:;base64,+/+/", "data:application/gltf-buffer;base64,AAAA"};
+    const char *sound[] = {"data:;base64,AA==", "data:;base64,AAA=", "data:;base64,+/+/",
+                           "data:application/gltf-buffer;base64,AAAA"};
     for (size_t i = 0; i < sizeof sound / sizeof *sound; i++) {
         assert_refused(f, with_uri(f, sound[i]), CLAST_ERROR_MALFORMED, "attributes.POSITION: SCALAR of UNSIGNED_BYTE");
     }
-    assert_refused(f, with_uri(f, "data:;base64,"), CLAST_ERROR_MALFORMED, "buffers[0]: byteLength 1: expected at most the 0 bytes");
+    assert_refused(f, with_uri(f, "data:;base64,"), CLAST_ERROR_MALFORMED,
+                   "buffers[0]: byteLength 1: expected at most the 0 bytes");
 }
 
 static void paths_are_decoded_and_stand_beside_the_file(void **state)
 {
     fixture *f = *state;
     memory_files_put(&f->files, "some folder/a%b \xe2\x9d\xa4.bin", "x", 1);
-    const char *reaches[] = {"some%20folder/a%25b%20%E2%9d%a4.bin", "some folder/a%25b \xe2\x9d\xa4.bin", "some folder/a%25b \\u2764.bin"};
+    const char *reaches[] = {"some%20folder/a%25b%20%E2%9d%a4.bin", "some folder/a%25b \xe2\x9d\xa4.bin",
+                             "some folder/a%25b \\u2764.bin"};
     for (size_t i = 0; i < sizeof reaches / sizeof *reaches; i++) {
         assert_refused(f, with_uri(f, reaches[i]), CLAST_ERROR_MALFORMED, "attributes.POSITION: SCALAR");
     }
@@ -169,8 +185,9 @@ static void paths_are_decoded_and_stand_beside_the_file(void **state)
 static void files_are_looked_for_in_the_folder_of_the_scene(void **state)
 {
     fixture *f = *state;
-    char text[] = "{\"asset\":{\"version\":\"2.0\"},\"materials\":[{\"normalTexture\":{\"index\":0}}],\"textures\":[{\"source\":0}],"
-                  "\"images\":[{\"uri\":\"../x.png\"}]}";
+    char text[] =
+        "{\"asset\":{\"version\":\"2.0\"},\"materials\":[{\"normalTexture\":{\"index\":0}}],\"textures\":[{\"source\":0}],"
+        "\"images\":[{\"uri\":\"../x.png\"}]}";
     memory_files_put(&f->files, "dir/scene.gltf", text, strlen(text));
     memory_files_put(&f->files, "dir/../x.png", "not an image of any type", 24);
     clast_status status = load_file(f, "dir/scene.gltf");
@@ -195,38 +212,45 @@ static void ranges_beyond_a_buffer_are_refused(void **state)
 {
     fixture *f = *state;
     memory_files_put(&f->files, "data.bin", TRIANGLE, 35);
-    assert_refused(f, TRIANGLE_WITH(""), CLAST_ERROR_MALFORMED, "buffers[0]: byteLength 36: expected at most the 35 bytes");
+    assert_refused(f, TRIANGLE_WITH(""), CLAST_ERROR_MALFORMED,
+                   "buffers[0]: byteLength 36: expected at most the 35 bytes");
     put_triangle(f);
 #define RANGES(buffer, view, accessor) \
-    "{" ASSET "," NODE "," MESH("'attributes':{'POSITION':0}") ",'buffers':[{'uri':'data.bin'" buffer "}],'bufferViews':[{" view \
-    "}],'accessors':[{'componentType':5126,'type':'VEC3'" accessor "}]}"
+    "{" ASSET "," NODE \
+    "," MESH("'attributes':{'POSITION':0}") ",'buffers':[{'uri':'data.bin'" buffer "}],'bufferViews':[{" view \
+                                            "}],'accessors':[{'componentType':5126,'type':'VEC3'" accessor "}]}"
     assert_loads(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':3"));
     assert_refused(f, RANGES("", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':3"), CLAST_ERROR_MALFORMED,
                    "buffers[0].byteLength: missing");
-    assert_refused(f, RANGES(",'byteLength':0", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':3"), CLAST_ERROR_MALFORMED,
-                   "buffers[0].byteLength: 0");
+    assert_refused(f, RANGES(",'byteLength':0", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':3"),
+                   CLAST_ERROR_MALFORMED, "buffers[0].byteLength: 0");
     assert_refused(f, RANGES(",'byteLength':36", "'byteLength':36", ",'bufferView':0,'count':3"), CLAST_ERROR_MALFORMED,
                    "bufferViews[0]: no buffer");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':1,'byteLength':36", ",'bufferView':0,'count':3"), CLAST_ERROR_MALFORMED,
-                   "bufferViews[0].buffer: 1");
+    assert_refused(f, RANGES(",'byteLength':36", "'buffer':1,'byteLength':36", ",'bufferView':0,'count':3"),
+                   CLAST_ERROR_MALFORMED, "bufferViews[0].buffer: 1");
     assert_refused(f, RANGES(",'byteLength':36", "'buffer':0", ",'bufferView':0,'count':3"), CLAST_ERROR_MALFORMED,
                    "bufferViews[0].byteLength: missing");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':37", ",'bufferView':0,'count':3"), CLAST_ERROR_MALFORMED,
-                   "bufferViews[0]: byteOffset 0 and byteLength 37");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36,'byteOffset':9223372036854775807", ",'bufferView':0,'count':3"),
+    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':37", ",'bufferView':0,'count':3"),
+                   CLAST_ERROR_MALFORMED, "bufferViews[0]: byteOffset 0 and byteLength 37");
+    assert_refused(f,
+                   RANGES(",'byteLength':36", "'buffer':0,'byteLength':36,'byteOffset':9223372036854775807",
+                          ",'bufferView':0,'count':3"),
                    CLAST_ERROR_MALFORMED, "bufferViews[0]: byteOffset");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36,'byteOffset':-4", ",'bufferView':0,'count':3"),
-                   CLAST_ERROR_MALFORMED, "bufferViews[0].byteOffset: -4");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':1,'count':3"), CLAST_ERROR_MALFORMED,
-                   "accessors[0].bufferView: 1");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':4"), CLAST_ERROR_MALFORMED,
-                   "accessors[0]: 4 elements of 12 bytes");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':3,'byteOffset':4"),
+    assert_refused(
+        f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36,'byteOffset':-4", ",'bufferView':0,'count':3"),
+        CLAST_ERROR_MALFORMED, "bufferViews[0].byteOffset: -4");
+    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':1,'count':3"),
+                   CLAST_ERROR_MALFORMED, "accessors[0].bufferView: 1");
+    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':4"),
+                   CLAST_ERROR_MALFORMED, "accessors[0]: 4 elements of 12 bytes");
+    assert_refused(f,
+                   RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':3,'byteOffset':4"),
                    CLAST_ERROR_MALFORMED, "accessors[0]: 3 elements of 12 bytes");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':1e18"), CLAST_ERROR_MALFORMED,
-                   "accessors[0].count");
-    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':768614336404564651"),
-                   CLAST_ERROR_MALFORMED, "accessors[0]: 768614336404564651 elements");
+    assert_refused(f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':1e18"),
+                   CLAST_ERROR_MALFORMED, "accessors[0].count");
+    assert_refused(
+        f, RANGES(",'byteLength':36", "'buffer':0,'byteLength':36", ",'bufferView':0,'count':768614336404564651"),
+        CLAST_ERROR_MALFORMED, "accessors[0]: 768614336404564651 elements");
 }
 
 // ---------------------------------------------------------------------------------------------------------------- .glb
@@ -263,8 +287,8 @@ static size_t make_glb(unsigned char *bytes, const char *text, const void *binar
     return at;
 }
 
-static const char *GLB_TEXT = "{" ASSET "," NODE ",'buffers':[{'byteLength':36}]," MESH("'attributes':{'POSITION':0}")
-    ",'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}";
+static const char *GLB_TEXT = "{" ASSET "," NODE ",'buffers':[{'byteLength':36}]," MESH(
+    "'attributes':{'POSITION':0}") ",'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}";
 
 static clast_status load_glb(fixture *f, const unsigned char *bytes, size_t size)
 {
@@ -293,7 +317,8 @@ static void every_cut_of_a_binary_file_is_refused(void **state)
     size_t size = make_glb(bytes, GLB_TEXT, TRIANGLE, sizeof TRIANGLE);
     for (size_t cut = 0; cut < size; cut++) {
         assert_int_equal(load_glb(f, bytes, cut), CLAST_ERROR_MALFORMED);
-        // Also where the header tells the truth about the cut file; then only the chunks disagree, or the buffer is missing.
+        // Also where the header tells the truth about the cut file; then only the chunks disagree, or the buffer is
+        // missing.
         if (cut >= 12) {
             unsigned char honest[2048];
             memcpy(honest, bytes, cut);
@@ -329,8 +354,8 @@ static void only_the_first_buffer_is_the_binary_chunk(void **state)
 {
     fixture *f = *state;
     unsigned char bytes[2048];
-    const char *text = "{" ASSET "," NODE ",'buffers':[{'byteLength':36},{'byteLength':36}]," MESH("'attributes':{'POSITION':0}")
-        ",'bufferViews':[{'buffer':1,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}";
+    const char *text = "{" ASSET "," NODE ",'buffers':[{'byteLength':36},{'byteLength':36}]," MESH(
+        "'attributes':{'POSITION':0}") ",'bufferViews':[{'buffer':1,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}";
     assert_int_equal(load_glb(f, bytes, make_glb(bytes, text, TRIANGLE, 36)), CLAST_ERROR_MALFORMED);
     assert_non_null(strstr(clast_context_error(f->context), "buffers[1]: no uri"));
 }

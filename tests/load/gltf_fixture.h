@@ -100,9 +100,10 @@ static inline void assert_refused(fixture *f, const char *text, clast_status exp
 {
     clast_status status = load_text(f, text);
     const char *error = clast_context_error(f->context);
-    if (status != expected || strstr(error, words) == NULL || strncmp(error, "scene.gltf: ", 12) != 0 || strchr(error, '\n') != NULL) {
-        fail_msg("expected \"%s\" with \"%s\", got \"%s\" with \"%s\"", clast_status_text(expected), words, clast_status_text(status),
-                 status != CLAST_OK ? error : "");
+    if (status != expected || strstr(error, words) == NULL || strncmp(error, "scene.gltf: ", 12) != 0 ||
+        strchr(error, '\n') != NULL) {
+        fail_msg("expected \"%s\" with \"%s\", got \"%s\" with \"%s\"", clast_status_text(expected), words,
+                 clast_status_text(status), status != CLAST_OK ? error : "");
     }
 }
 
@@ -138,8 +139,9 @@ static inline void assert_indices(const uint32_t *got, const uint32_t *expected,
 #define MESH(members) "'meshes':[{'name':'shape','primitives':[{" members "}]}]"
 // A text of one triangle from data.bin, with more members.
 #define TRIANGLE_WITH(more) \
-    "{" ASSET "," NODE "," BUFFER(36) "," MESH("'attributes':{'POSITION':0}") \
-    ",'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]" more "}"
+    "{" ASSET "," NODE "," BUFFER(36) "," MESH( \
+        "'attributes':{'POSITION':0}") ",'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]" more \
+                                       "}"
 
 static const float TRIANGLE[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Broken, cut and hostile glTF files, memory that runs out, files that cannot be read: an error or a scene, never a crash or
-// a leak. The address and undefined sanitizers make these tests count in full.
+// Broken, cut and hostile glTF files, memory that runs out, files that cannot be read: an error or a scene, never a
+// crash or a leak. The address and undefined sanitizers make these tests count in full.
 #include "gltf_fixture.h"
 
 #include <ctype.h>
@@ -36,9 +36,10 @@ static const char SAMPLE[] =
     "{'bufferView':5,'componentType':5126,'count':1,'type':'MAT4'}]}";
 
 static const unsigned char PIXEL_PNG[67] = {
-    0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44, 0x52, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00,
-    0x01, 0x08, 0x00, 0x00, 0x00, 0x00, 0x3a, 0x7e, 0x9b, 0x55, 0x00, 0x00, 0x00, 0x0a, 0x49, 0x44, 0x41, 0x54, 0x78, 0x9c, 0x63, 0x68, 0x00,
-    0x00, 0x00, 0x82, 0x00, 0x81, 0x77, 0xcd, 0x72, 0xb6, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82,
+    0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44, 0x52, 0x00,
+    0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x01, 0x08, 0x00, 0x00, 0x00, 0x00, 0x3a, 0x7e, 0x9b, 0x55, 0x00,
+    0x00, 0x00, 0x0a, 0x49, 0x44, 0x41, 0x54, 0x78, 0x9c, 0x63, 0x68, 0x00, 0x00, 0x00, 0x82, 0x00, 0x81,
+    0x77, 0xcd, 0x72, 0xb6, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82,
 };
 
 // data.bin of the sample.
@@ -77,8 +78,8 @@ static void load_hostile(fixture *f, const char *text)
 {
     clast_status status = load_text(f, text);
     const char *error = clast_context_error(f->context);
-    bool sound = status == CLAST_OK || status == CLAST_ERROR_MALFORMED || status == CLAST_ERROR_UNSUPPORTED || status == CLAST_ERROR_LIMIT ||
-                 status == CLAST_ERROR_FILE_NOT_FOUND;
+    bool sound = status == CLAST_OK || status == CLAST_ERROR_MALFORMED || status == CLAST_ERROR_UNSUPPORTED ||
+                 status == CLAST_ERROR_LIMIT || status == CLAST_ERROR_FILE_NOT_FOUND;
     if (!sound || (status != CLAST_OK && strncmp(error, "scene.gltf: ", 12) != 0)) {
         fail_msg("status \"%s\", error \"%s\"", clast_status_text(status), error);
     }
@@ -92,8 +93,11 @@ static void load_replaced(fixture *f, size_t at, size_t length, const char *by)
     load_hostile(f, text);
 }
 
-static const char *const NASTY[] = {"-1", "0", "1", "255", "256", "0.5", "-0.0", "2147483647", "2147483648", "4294967295", "4294967296",
-                                    "9223372036854775807", "1e15", "1e38", "1e300", "-1e38", "1e-40", "null", "true", "'x'", "[]", "{}", "[[0]]", "7"};
+static const char *const NASTY[] = {
+    "-1",   "0",          "1",          "255",        "256",        "0.5",
+    "-0.0", "2147483647", "2147483648", "4294967295", "4294967296", "9223372036854775807",
+    "1e15", "1e38",       "1e300",      "-1e38",      "1e-40",      "null",
+    "true", "'x'",        "[]",         "{}",         "[[0]]",      "7"};
 enum { NASTY_COUNT = sizeof NASTY / sizeof *NASTY };
 
 static bool begins_number(size_t i)
@@ -178,7 +182,8 @@ static void random_characters_do_no_harm(void **state)
     for (int round = 0; round < 3000; round++) {
         memcpy(text, SAMPLE, sizeof SAMPLE);
         for (uint32_t k = next_random(&random) % 3; k < 3; k++) {
-            text[next_random(&random) % (sizeof SAMPLE - 1)] = characters[next_random(&random) % (sizeof characters - 1)];
+            text[next_random(&random) % (sizeof SAMPLE - 1)] =
+                characters[next_random(&random) % (sizeof characters - 1)];
         }
         load_hostile(f, text);
     }
@@ -310,16 +315,11 @@ static void a_load_can_be_cancelled(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        GLTF_TEST(the_sample_itself_is_sound),
-        GLTF_TEST(every_number_can_be_nasty),
-        GLTF_TEST(every_text_and_list_can_be_nasty),
-        GLTF_TEST(every_name_can_be_another),
-        GLTF_TEST(every_cut_of_the_text_is_refused),
-        GLTF_TEST(random_characters_do_no_harm),
-        GLTF_TEST(random_bytes_in_a_buffer_do_no_harm),
-        GLTF_TEST(every_length_of_a_buffer_is_checked),
-        cmocka_unit_test(every_allocation_can_fail),
-        cmocka_unit_test(a_load_can_be_cancelled),
+        GLTF_TEST(the_sample_itself_is_sound),          GLTF_TEST(every_number_can_be_nasty),
+        GLTF_TEST(every_text_and_list_can_be_nasty),    GLTF_TEST(every_name_can_be_another),
+        GLTF_TEST(every_cut_of_the_text_is_refused),    GLTF_TEST(random_characters_do_no_harm),
+        GLTF_TEST(random_bytes_in_a_buffer_do_no_harm), GLTF_TEST(every_length_of_a_buffer_is_checked),
+        cmocka_unit_test(every_allocation_can_fail),    cmocka_unit_test(a_load_can_be_cancelled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -22,8 +22,10 @@ static void bytes_and_shorts_become_positions(void **state)
     memory_files_put(&f->files, "data.bin", bytes, sizeof bytes);
     const char *views = "{'buffer':0,'byteLength':12,'byteStride':4}";
     char text[1024];
-    snprintf(text, sizeof text, "{" ASSET "," NODE "," BUFFER(12) "," MESH("'attributes':{'POSITION':0}") ",'bufferViews':[%s],'accessors':["
-             ACCESSOR(0, 5120, 3, "VEC3") "]}", views);
+    snprintf(text, sizeof text,
+             "{" ASSET "," NODE "," BUFFER(12) "," MESH(
+                 "'attributes':{'POSITION':0}") ",'bufferViews':[%s],'accessors':[" ACCESSOR(0, 5120, 3, "VEC3") "]}",
+             views);
     assert_loads(f, text);
     assert_floats(mesh_of(f, 0)->positions, (float[]){-128, 0, 127, 1, 2, 3, -1, -2, -3}, 9, 0.0f);
     const uint16_t shorts[9] = {0, 65535, 32768, 1, 2, 3, 4, 5, 6};
@@ -49,7 +51,8 @@ static void normalised_integers_span_one(void **state)
     assert_loads(f, SHAPE(18, "'attributes':{'POSITION':0}", WHOLE_VIEW(18), NORMALISED(0, 5122, 3, "VEC3")));
     assert_floats(mesh_of(f, 0)->positions, (float[]){-1, -1, 1, 0, 1.0f / 32767.0f, -1.0f / 32767.0f}, 6, 0.0f);
     assert_loads(f, SHAPE(18, "'attributes':{'POSITION':0}", WHOLE_VIEW(18), NORMALISED(0, 5123, 3, "VEC3")));
-    assert_floats(mesh_of(f, 0)->positions, (float[]){32768.0f / 65535.0f, 32769.0f / 65535.0f, 32767.0f / 65535.0f, 0}, 4, 0.0f);
+    assert_floats(mesh_of(f, 0)->positions, (float[]){32768.0f / 65535.0f, 32769.0f / 65535.0f, 32767.0f / 65535.0f, 0},
+                  4, 0.0f);
 }
 
 static void interleaved_attributes_are_taken_apart(void **state)
@@ -61,10 +64,12 @@ static void interleaved_attributes_are_taken_apart(void **state)
         memcpy(vertices[i], vertex, sizeof vertex);
     }
     memory_files_put(&f->files, "data.bin", vertices, sizeof vertices);
-    assert_loads(f, SHAPE(96, "'attributes':{'POSITION':0,'NORMAL':1,'TEXCOORD_0':2}",
-                          "{'buffer':0,'byteLength':96,'byteStride':32}",
-                          ACCESSOR(0, 5126, 3, "VEC3") ",{'bufferView':0,'byteOffset':12,'componentType':5126,'count':3,'type':'VEC3'},"
-                          "{'bufferView':0,'byteOffset':24,'componentType':5126,'count':3,'type':'VEC2'}"));
+    assert_loads(
+        f, SHAPE(96, "'attributes':{'POSITION':0,'NORMAL':1,'TEXCOORD_0':2}",
+                 "{'buffer':0,'byteLength':96,'byteStride':32}",
+                 ACCESSOR(0, 5126, 3,
+                          "VEC3") ",{'bufferView':0,'byteOffset':12,'componentType':5126,'count':3,'type':'VEC3'},"
+                                  "{'bufferView':0,'byteOffset':24,'componentType':5126,'count':3,'type':'VEC2'}"));
     const clast_mesh *mesh = mesh_of(f, 0);
     assert_floats(mesh->positions, TRIANGLE, 9, 0.0f);
     assert_floats(mesh->normals, (float[]){0, 0, 1, 0, 0, 1, 0, 0, 1}, 9, 0.0f);
@@ -76,8 +81,8 @@ static void interleaved_attributes_are_taken_apart(void **state)
 static void a_misaligned_mapping_is_copied(void **state)
 {
     fixture *f = *state;
-    const char *json = "{" ASSET "," NODE ",'buffers':[{'uri':'data.bin','byteLength':36}]," MESH("'attributes':{'POSITION':0}")
-        ",'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}";
+    const char *json = "{" ASSET "," NODE ",'buffers':[{'uri':'data.bin','byteLength':36}]," MESH(
+        "'attributes':{'POSITION':0}") ",'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}";
     put_triangle(f);
     assert_loads(f, json);
     assert_int_equal(f->scene->file_count, 1);
@@ -85,7 +90,8 @@ static void a_misaligned_mapping_is_copied(void **state)
     char shifted[38] = {0};
     memcpy(shifted + 2, TRIANGLE, 36);
     memory_files_put(&f->files, "data.bin", shifted, sizeof shifted);
-    assert_loads(f, SHAPE(38, "'attributes':{'POSITION':0}", "{'buffer':0,'byteOffset':2,'byteLength':36}", ACCESSOR(0, 5126, 3, "VEC3")));
+    assert_loads(f, SHAPE(38, "'attributes':{'POSITION':0}", "{'buffer':0,'byteOffset':2,'byteLength':36}",
+                          ACCESSOR(0, 5126, 3, "VEC3")));
     assert_floats(mesh_of(f, 0)->positions, TRIANGLE, 9, 0.0f);
     assert_int_equal(f->scene->file_count, 0);
 }
@@ -102,8 +108,9 @@ static void sparse_values_replace_elements(void **state)
     memory_files_put(&f->files, "data.bin", &data, sizeof data);
 #define SPARSE(base, count, component, index_offset) \
     SHAPE(64, "'attributes':{'POSITION':0}", WHOLE_VIEW(64), \
-          "{" base "'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':" #count ",'indices':{'bufferView':0,'byteOffset':" \
-          #index_offset ",'componentType':" #component "},'values':{'bufferView':0,'byteOffset':40}}}")
+          "{" base "'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':" #count \
+          ",'indices':{'bufferView':0,'byteOffset':" #index_offset ",'componentType':" #component \
+          "},'values':{'bufferView':0,'byteOffset':40}}}")
     assert_loads(f, SPARSE("'bufferView':0,", 2, 5123, 36));
     assert_floats(mesh_of(f, 0)->positions, (float[]){7, 8, 9, 1, 0, 0, 4, 5, 6}, 9, 0.0f);
     assert_loads(f, SPARSE("", 2, 5123, 36));
@@ -121,8 +128,9 @@ static void sparse_values_replace_elements(void **state)
 static void an_accessor_without_view_is_zero_and_bounded(void **state)
 {
     fixture *f = *state;
-#define ZEROS(count) "{" ASSET "," NODE "," MESH("'attributes':{'POSITION':0}") \
-    ",'accessors':[{'componentType':5126,'count':" #count ",'type':'VEC3'}]}"
+#define ZEROS(count) \
+    "{" ASSET "," NODE "," MESH("'attributes':{'POSITION':0}") ",'accessors':[{'componentType':5126,'count':" #count \
+                                                               ",'type':'VEC3'}]}"
     assert_loads(f, ZEROS(6));
     assert_floats(mesh_of(f, 0)->positions, (float[18]){0}, 18, 0.0f);
     assert_refused(f, ZEROS(4294967295), CLAST_ERROR_LIMIT, "accessors[0]: count 4294967295 without a bufferView");
@@ -132,22 +140,35 @@ static void accessor_rules_are_checked(void **state)
 {
     fixture *f = *state;
     put_triangle(f);
-#define RULE(view, accessor) SHAPE(36, "'attributes':{'POSITION':0}", "{'buffer':0,'byteLength':36" view "}", "{'bufferView':0" accessor "}")
+#define RULE(view, accessor) \
+    SHAPE(36, "'attributes':{'POSITION':0}", "{'buffer':0,'byteLength':36" view "}", "{'bufferView':0" accessor "}")
     assert_loads(f, RULE("", ",'componentType':5126.0,'count':3.0,'type':'VEC3'"));
-    assert_refused(f, RULE("", ",'componentType':5124,'count':3,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "componentType 5124");
-    assert_refused(f, RULE("", ",'count':3,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "accessors[0].componentType: missing");
-    assert_refused(f, RULE("", ",'componentType':5126,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "accessors[0].count: missing");
-    assert_refused(f, RULE("", ",'componentType':5126,'count':0,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "accessors[0].count: 0");
-    assert_refused(f, RULE("", ",'componentType':5126,'count':2.5,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "accessors[0].count: 2.5");
-    assert_refused(f, RULE("", ",'componentType':5126,'count':'3','type':'VEC3'"), CLAST_ERROR_MALFORMED, "accessors[0].count: a text");
+    assert_refused(f, RULE("", ",'componentType':5124,'count':3,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "componentType 5124");
+    assert_refused(f, RULE("", ",'count':3,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "accessors[0].componentType: missing");
+    assert_refused(f, RULE("", ",'componentType':5126,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "accessors[0].count: missing");
+    assert_refused(f, RULE("", ",'componentType':5126,'count':0,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "accessors[0].count: 0");
+    assert_refused(f, RULE("", ",'componentType':5126,'count':2.5,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "accessors[0].count: 2.5");
+    assert_refused(f, RULE("", ",'componentType':5126,'count':'3','type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "accessors[0].count: a text");
     assert_refused(f, RULE("", ",'componentType':5126,'count':3,'type':'VEC5'"), CLAST_ERROR_MALFORMED, "type VEC5");
     assert_refused(f, RULE("", ",'componentType':5126,'count':3"), CLAST_ERROR_MALFORMED, "type missing");
-    assert_refused(f, RULE("", ",'componentType':5126,'count':2,'type':'VEC3','byteOffset':2"), CLAST_ERROR_MALFORMED, "byteOffset 2");
-    assert_refused(f, RULE(",'byteStride':8", ",'componentType':5126,'count':2,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "byteStride 8");
-    assert_refused(f, RULE(",'byteStride':14", ",'componentType':5126,'count':2,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "stride 14");
-    assert_refused(f, RULE(",'byteStride':3", ",'componentType':5121,'count':3,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "byteStride: 3");
-    assert_refused(f, RULE(",'byteStride':256", ",'componentType':5126,'count':1,'type':'VEC3'"), CLAST_ERROR_MALFORMED, "byteStride: 256");
-    assert_refused(f, RULE("", ",'componentType':5126,'count':3,'type':'VEC3','normalized':1"), CLAST_ERROR_MALFORMED, "normalized: a number");
+    assert_refused(f, RULE("", ",'componentType':5126,'count':2,'type':'VEC3','byteOffset':2"), CLAST_ERROR_MALFORMED,
+                   "byteOffset 2");
+    assert_refused(f, RULE(",'byteStride':8", ",'componentType':5126,'count':2,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "byteStride 8");
+    assert_refused(f, RULE(",'byteStride':14", ",'componentType':5126,'count':2,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "stride 14");
+    assert_refused(f, RULE(",'byteStride':3", ",'componentType':5121,'count':3,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "byteStride: 3");
+    assert_refused(f, RULE(",'byteStride':256", ",'componentType':5126,'count':1,'type':'VEC3'"), CLAST_ERROR_MALFORMED,
+                   "byteStride: 256");
+    assert_refused(f, RULE("", ",'componentType':5126,'count':3,'type':'VEC3','normalized':1"), CLAST_ERROR_MALFORMED,
+                   "normalized: a number");
     // The last element needs no whole stride.
     assert_loads(f, RULE(",'byteStride':24", ",'componentType':5126,'count':2,'type':'VEC3'"));
 }
@@ -159,7 +180,7 @@ typedef struct full_vertices {
     float normals[9];
     float tangents[12];
     float coordinates[6];
-    uint8_t bytes[8]; // texture coordinates, padded to 8
+    uint8_t bytes[8];    // texture coordinates, padded to 8
     uint16_t shorts[12]; // colours RGBA
 } full_vertices;
 
@@ -180,11 +201,18 @@ static void all_attributes_are_read(void **state)
     fixture *f = *state;
     memory_files_put(&f->files, "data.bin", &FULL, sizeof FULL);
     assert_int_equal(sizeof FULL, 176);
-    assert_loads(f, SHAPE(176, "'attributes':{'POSITION':0,'NORMAL':1,'TANGENT':2,'TEXCOORD_0':3,'TEXCOORD_1':4,'COLOR_0':5,'JOINTS_0':9,'_MINE':7}",
-                          WHOLE_VIEW(176),
-                          FULL_ACCESSOR(0, 5126, "VEC3", "") "," FULL_ACCESSOR(36, 5126, "VEC3", "") "," FULL_ACCESSOR(72, 5126, "VEC4", "") ","
-                          FULL_ACCESSOR(120, 5126, "VEC2", "") "," FULL_ACCESSOR(144, 5121, "VEC2", ",'normalized':true") ","
-                          FULL_ACCESSOR(152, 5123, "VEC4", ",'normalized':true")));
+    assert_loads(
+        f,
+        SHAPE(
+            176,
+            "'attributes':{'POSITION':0,'NORMAL':1,'TANGENT':2,'TEXCOORD_0':3,'TEXCOORD_1':4,'COLOR_0':5,'JOINTS_0':9,'_MINE':7}",
+            WHOLE_VIEW(176),
+            FULL_ACCESSOR(0, 5126, "VEC3", "") "," FULL_ACCESSOR(36, 5126, "VEC3", "") "," FULL_ACCESSOR(
+                72, 5126, "VEC4",
+                "") "," FULL_ACCESSOR(120, 5126, "VEC2",
+                                      "") "," FULL_ACCESSOR(144, 5121, "VEC2",
+                                                            ",'normalized':true") "," FULL_ACCESSOR(152, 5123, "VEC4",
+                                                                                                    ",'normalized':true")));
     const clast_mesh *mesh = mesh_of(f, 0);
     assert_floats(mesh->positions, FULL.positions, 9, 0.0f);
     assert_floats(mesh->normals, FULL.normals, 9, 0.0f);
@@ -202,8 +230,10 @@ static void colours_without_alpha_are_opaque(void **state)
     assert_loads(f, SHAPE(176, "'attributes':{'POSITION':0,'COLOR_0':1}", WHOLE_VIEW(176),
                           FULL_ACCESSOR(0, 5126, "VEC3", "") "," FULL_ACCESSOR(36, 5126, "VEC3", "")));
     assert_floats(mesh_of(f, 0)->colours, (float[]){0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 0, 1}, 12, 0.0f);
-    assert_loads(f, SHAPE(176, "'attributes':{'POSITION':0,'COLOR_0':1}", WHOLE_VIEW(176),
-                          FULL_ACCESSOR(0, 5126, "VEC3", "") ",{'bufferView':0,'byteOffset':144,'componentType':5121,'count':3,'type':'VEC3'}"));
+    assert_loads(
+        f, SHAPE(176, "'attributes':{'POSITION':0,'COLOR_0':1}", WHOLE_VIEW(176),
+                 FULL_ACCESSOR(0, 5126, "VEC3",
+                               "") ",{'bufferView':0,'byteOffset':144,'componentType':5121,'count':3,'type':'VEC3'}"));
     assert_floats(mesh_of(f, 0)->colours, (float[]){0, 1, 0.2f, 1, 0.4f, 0.8f, 0, 1}, 8, 1e-7f);
     assert_loads(f, SHAPE(176, "'attributes':{'POSITION':0,'COLOR_0':1}", WHOLE_VIEW(176),
                           FULL_ACCESSOR(0, 5126, "VEC3", "") "," FULL_ACCESSOR(72, 5126, "VEC4", "")));
@@ -215,25 +245,34 @@ static void attributes_of_wrong_types_are_refused(void **state)
     fixture *f = *state;
     memory_files_put(&f->files, "data.bin", &FULL, sizeof FULL);
 #define SECOND(name, accessor) \
-    SHAPE(176, "'attributes':{'POSITION':0,'" name "':1}", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "") "," accessor)
+    SHAPE(176, "'attributes':{'POSITION':0,'" name "':1}", WHOLE_VIEW(176), \
+          FULL_ACCESSOR(0, 5126, "VEC3", "") "," accessor)
     assert_refused(f, SECOND("NORMAL", FULL_ACCESSOR(0, 5126, "VEC2", "")), CLAST_ERROR_MALFORMED,
                    "meshes[0].primitives[0].attributes.NORMAL: VEC2 of FLOAT: expected VEC3 of BYTE or SHORT or FLOAT");
-    assert_refused(f, SECOND("NORMAL", FULL_ACCESSOR(0, 5123, "VEC3", "")), CLAST_ERROR_MALFORMED, "attributes.NORMAL: VEC3 of UNSIGNED_SHORT");
-    assert_refused(f, SHAPE(176, "'attributes':{'POSITION':0,'NORMAL':0,'TANGENT':0}", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")),
+    assert_refused(f, SECOND("NORMAL", FULL_ACCESSOR(0, 5123, "VEC3", "")), CLAST_ERROR_MALFORMED,
+                   "attributes.NORMAL: VEC3 of UNSIGNED_SHORT");
+    assert_refused(f,
+                   SHAPE(176, "'attributes':{'POSITION':0,'NORMAL':0,'TANGENT':0}", WHOLE_VIEW(176),
+                         FULL_ACCESSOR(0, 5126, "VEC3", "")),
                    CLAST_ERROR_MALFORMED, "attributes.TANGENT: VEC3");
-    assert_refused(f, SECOND("TEXCOORD_1", FULL_ACCESSOR(0, 5126, "VEC3", "")), CLAST_ERROR_MALFORMED, "attributes.TEXCOORD_1: VEC3");
-    assert_refused(f, SECOND("COLOR_0", FULL_ACCESSOR(0, 5120, "VEC3", "")), CLAST_ERROR_MALFORMED, "attributes.COLOR_0: VEC3 of BYTE");
-    assert_refused(f, SECOND("COLOR_0", FULL_ACCESSOR(0, 5126, "VEC2", "")), CLAST_ERROR_MALFORMED, "attributes.COLOR_0: VEC2");
-    assert_refused(f, SECOND("COLOR_0", FULL_ACCESSOR(0, 5125, "VEC4", "")), CLAST_ERROR_MALFORMED, "attributes.COLOR_0: VEC4 of UNSIGNED_INT");
-    assert_refused(f, SECOND("NORMAL", "{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'}"), CLAST_ERROR_MALFORMED,
-                   "attributes.NORMAL: 4 elements: expected one for each of the 3 vertices");
-    assert_refused(f, SHAPE(176, "'attributes':{'POSITION':1}", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")), CLAST_ERROR_MALFORMED,
-                   "attributes.POSITION: 1: expected the index of one of the 1 accessors");
-    assert_refused(f, SHAPE(176, "'attributes':{'POSITION':true}", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")), CLAST_ERROR_MALFORMED,
-                   "attributes.POSITION: a boolean");
-    assert_refused(f, SHAPE(176, "'attributes':[]", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")), CLAST_ERROR_MALFORMED,
-                   "attributes: an array");
-    assert_refused(f, SHAPE(176, "'mode':4", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")), CLAST_ERROR_MALFORMED, "no attributes");
+    assert_refused(f, SECOND("TEXCOORD_1", FULL_ACCESSOR(0, 5126, "VEC3", "")), CLAST_ERROR_MALFORMED,
+                   "attributes.TEXCOORD_1: VEC3");
+    assert_refused(f, SECOND("COLOR_0", FULL_ACCESSOR(0, 5120, "VEC3", "")), CLAST_ERROR_MALFORMED,
+                   "attributes.COLOR_0: VEC3 of BYTE");
+    assert_refused(f, SECOND("COLOR_0", FULL_ACCESSOR(0, 5126, "VEC2", "")), CLAST_ERROR_MALFORMED,
+                   "attributes.COLOR_0: VEC2");
+    assert_refused(f, SECOND("COLOR_0", FULL_ACCESSOR(0, 5125, "VEC4", "")), CLAST_ERROR_MALFORMED,
+                   "attributes.COLOR_0: VEC4 of UNSIGNED_INT");
+    assert_refused(f, SECOND("NORMAL", "{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'}"),
+                   CLAST_ERROR_MALFORMED, "attributes.NORMAL: 4 elements: expected one for each of the 3 vertices");
+    assert_refused(f, SHAPE(176, "'attributes':{'POSITION':1}", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")),
+                   CLAST_ERROR_MALFORMED, "attributes.POSITION: 1: expected the index of one of the 1 accessors");
+    assert_refused(f, SHAPE(176, "'attributes':{'POSITION':true}", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")),
+                   CLAST_ERROR_MALFORMED, "attributes.POSITION: a boolean");
+    assert_refused(f, SHAPE(176, "'attributes':[]", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")),
+                   CLAST_ERROR_MALFORMED, "attributes: an array");
+    assert_refused(f, SHAPE(176, "'mode':4", WHOLE_VIEW(176), FULL_ACCESSOR(0, 5126, "VEC3", "")),
+                   CLAST_ERROR_MALFORMED, "no attributes");
 }
 
 static void tangents_without_normals_are_ignored(void **state)
@@ -250,7 +289,8 @@ static void values_that_are_not_finite_are_refused(void **state)
     full_vertices data = FULL;
     memory_files_put(&f->files, "data.bin", &data, sizeof data);
     const char *text = SHAPE(176, "'attributes':{'POSITION':0,'NORMAL':1,'TEXCOORD_0':2}", WHOLE_VIEW(176),
-                             FULL_ACCESSOR(0, 5126, "VEC3", "") "," FULL_ACCESSOR(36, 5126, "VEC3", "") "," FULL_ACCESSOR(120, 5126, "VEC2", ""));
+                             FULL_ACCESSOR(0, 5126, "VEC3", "") "," FULL_ACCESSOR(
+                                 36, 5126, "VEC3", "") "," FULL_ACCESSOR(120, 5126, "VEC2", ""));
     data.positions[7] = NAN;
     assert_refused(f, text, CLAST_ERROR_MALFORMED, "attributes.POSITION: vertex 2 is not finite");
     data = FULL;
@@ -272,9 +312,11 @@ static void normals_are_made_unit_length(void **state)
     assert_floats(mesh_of(f, 0)->normals, (float[]){0, 0, 1, 0, 1, 0, 0, 0, 1}, 9, 1e-6f);
     const int8_t bytes[3][4] = {{0, 0, 127, 0}, {0, 90, 90, 0}, {-127, 0, 0, 0}};
     memcpy(data.normals, bytes, sizeof bytes);
-    assert_loads(f, SHAPE(176, "'attributes':{'POSITION':0,'NORMAL':1}",
-                          WHOLE_VIEW(176) ",{'buffer':0,'byteOffset':36,'byteLength':12,'byteStride':4}",
-                          FULL_ACCESSOR(0, 5126, "VEC3", "") ",{'bufferView':1,'componentType':5120,'normalized':true,'count':3,'type':'VEC3'}"));
+    assert_loads(
+        f, SHAPE(176, "'attributes':{'POSITION':0,'NORMAL':1}",
+                 WHOLE_VIEW(176) ",{'buffer':0,'byteOffset':36,'byteLength':12,'byteStride':4}",
+                 FULL_ACCESSOR(0, 5126, "VEC3",
+                               "") ",{'bufferView':1,'componentType':5120,'normalized':true,'count':3,'type':'VEC3'}"));
     assert_floats(mesh_of(f, 0)->normals, (float[]){0, 0, 1, 0, sqrtf(0.5f), sqrtf(0.5f), -1, 0, 0}, 9, 1e-6f);
 }
 
@@ -296,7 +338,8 @@ static const indexed INDEXED = {
 
 #define LIST(mode, offset, component, count) \
     SHAPE(104, "'attributes':{'POSITION':0},'indices':1,'mode':" #mode, WHOLE_VIEW(104), \
-          ACCESSOR(0, 5126, 5, "VEC3") ",{'bufferView':0,'byteOffset':" #offset ",'componentType':" #component ",'count':" #count ",'type':'SCALAR'}")
+          ACCESSOR(0, 5126, 5, "VEC3") ",{'bufferView':0,'byteOffset':" #offset ",'componentType':" #component \
+                                       ",'count':" #count ",'type':'SCALAR'}")
 #define NO_LIST(mode) \
     SHAPE(104, "'attributes':{'POSITION':0},'mode':" #mode, WHOLE_VIEW(104), ACCESSOR(0, 5126, 5, "VEC3"))
 
@@ -370,7 +413,8 @@ static void indices_out_of_range_are_refused(void **state)
     assert_refused(f, LIST(5, 80, 5125, 6), CLAST_ERROR_MALFORMED, "vertex 70000 of 5 (index 0)");
     data.words[0] = 0xffffffff;
     assert_refused(f, LIST(6, 80, 5125, 6), CLAST_ERROR_MALFORMED, "index 0 is 4294967295, which restarts a primitive");
-    assert_refused(f, LIST(4, 60, 5120, 6), CLAST_ERROR_MALFORMED, "indices: SCALAR of BYTE: expected SCALAR of UNSIGNED_BYTE");
+    assert_refused(f, LIST(4, 60, 5120, 6), CLAST_ERROR_MALFORMED,
+                   "indices: SCALAR of BYTE: expected SCALAR of UNSIGNED_BYTE");
     assert_refused(f, LIST(4, 60, 5126, 6), CLAST_ERROR_MALFORMED, "indices: SCALAR of FLOAT");
     assert_refused(f, LIST(4, 60, 5121, 45), CLAST_ERROR_MALFORMED, "accessors[1]: 45 elements");
 }
@@ -383,8 +427,10 @@ static void the_restart_value_is_refused_where_there_is_such_a_vertex(void **sta
     memcpy(data, positions, sizeof positions);
     memcpy(data + sizeof positions, (unsigned char[]){0, 254, 1, 0}, 4);
     memory_files_put(&f->files, "data.bin", data, sizeof data);
-    const char *text = SHAPE(3604, "'attributes':{'POSITION':0},'indices':1", WHOLE_VIEW(3604),
-                             ACCESSOR(0, 5126, 300, "VEC3") ",{'bufferView':0,'byteOffset':3600,'componentType':5121,'count':3,'type':'SCALAR'}");
+    const char *text = SHAPE(
+        3604, "'attributes':{'POSITION':0},'indices':1", WHOLE_VIEW(3604),
+        ACCESSOR(0, 5126, 300,
+                 "VEC3") ",{'bufferView':0,'byteOffset':3600,'componentType':5121,'count':3,'type':'SCALAR'}");
     assert_loads(f, text);
     data[sizeof positions + 1] = 255;
     assert_refused(f, text, CLAST_ERROR_MALFORMED, "index 1 is 255, which restarts a primitive");
@@ -394,10 +440,13 @@ static void each_primitive_is_a_geometry_shared_by_the_nodes(void **state)
 {
     fixture *f = *state;
     put_triangle(f);
-    assert_loads(f, "{" ASSET "," BUFFER(36) ",'scenes':[{'nodes':[0,1,2]}],'nodes':[{'mesh':1},{'mesh':0,'name':'second'},{'mesh':1}],"
-                    "'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]},"
-                    "{'primitives':[{'attributes':{'POSITION':0}},{'attributes':{'POSITION':0},'mode':0},{'attributes':{'POSITION':0}}]}],"
-                    "'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}");
+    assert_loads(
+        f,
+        "{" ASSET "," BUFFER(
+            36) ",'scenes':[{'nodes':[0,1,2]}],'nodes':[{'mesh':1},{'mesh':0,'name':'second'},{'mesh':1}],"
+                "'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]},"
+                "{'primitives':[{'attributes':{'POSITION':0}},{'attributes':{'POSITION':0},'mode':0},{'attributes':{'POSITION':0}}]}],"
+                "'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}]}");
     assert_int_equal(f->scene->geometry_count, 3);
     assert_int_equal(f->scene->instance_count, 5);
     uint32_t expected[5] = {0, 1, 2, 0, 1};
@@ -412,8 +461,10 @@ static void meshes_without_primitives_are_refused(void **state)
 {
     fixture *f = *state;
     assert_refused(f, "{" ASSET "," NODE ",'meshes':[{}]}", CLAST_ERROR_MALFORMED, "meshes[0]: no primitives");
-    assert_refused(f, "{" ASSET "," NODE ",'meshes':[{'primitives':[]}]}", CLAST_ERROR_MALFORMED, "meshes[0]: no primitives");
-    assert_refused(f, "{" ASSET "," NODE ",'meshes':[{'primitives':[3]}]}", CLAST_ERROR_MALFORMED, "meshes[0].primitives[0]: a number");
+    assert_refused(f, "{" ASSET "," NODE ",'meshes':[{'primitives':[]}]}", CLAST_ERROR_MALFORMED,
+                   "meshes[0]: no primitives");
+    assert_refused(f, "{" ASSET "," NODE ",'meshes':[{'primitives':[3]}]}", CLAST_ERROR_MALFORMED,
+                   "meshes[0].primitives[0]: a number");
     assert_loads(f, "{" ASSET "," NODE "," MESH("'attributes':{}") "}");
     assert_non_null(strstr(f->log, "without positions"));
 }
@@ -421,14 +472,18 @@ static void meshes_without_primitives_are_refused(void **state)
 static void a_compressed_primitive_without_bytes_names_its_extension(void **state)
 {
     fixture *f = *state;
-    assert_refused(f, "{" ASSET "," NODE "," MESH("'attributes':{'POSITION':0},'extensions':{'KHR_draco_mesh_compression':{}}")
-                      ",'accessors':[{'componentType':5126,'count':3,'type':'VEC3'}]}",
-                   CLAST_ERROR_UNSUPPORTED, "meshes[0].primitives[0]: needs the extension KHR_draco_mesh_compression");
-    assert_refused(f, "{" ASSET "," NODE "," MESH("'attributes':{'POSITION':0}")
-                      ",'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],"
-                      "'buffers':[{'byteLength':36,'extensions':{'EXT_meshopt_compression':{'fallback':true}}}],"
-                      "'bufferViews':[{'buffer':0,'byteLength':36,'extensions':{'EXT_meshopt_compression':{}}}]}",
-                   CLAST_ERROR_UNSUPPORTED, "bufferViews[0]: needs the extension EXT_meshopt_compression");
+    assert_refused(
+        f,
+        "{" ASSET "," NODE "," MESH(
+            "'attributes':{'POSITION':0},'extensions':{'KHR_draco_mesh_compression':{}}") ",'accessors':[{'componentType':5126,'count':3,'type':'VEC3'}]}",
+        CLAST_ERROR_UNSUPPORTED, "meshes[0].primitives[0]: needs the extension KHR_draco_mesh_compression");
+    assert_refused(
+        f,
+        "{" ASSET "," NODE "," MESH(
+            "'attributes':{'POSITION':0}") ",'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],"
+                                           "'buffers':[{'byteLength':36,'extensions':{'EXT_meshopt_compression':{'fallback':true}}}],"
+                                           "'bufferViews':[{'buffer':0,'byteLength':36,'extensions':{'EXT_meshopt_compression':{}}}]}",
+        CLAST_ERROR_UNSUPPORTED, "bufferViews[0]: needs the extension EXT_meshopt_compression");
 }
 
 int main(void)

@@ -8,8 +8,8 @@
 
 #include "load/load.h"
 
-// Files that are refused: what their path ends with, and what the error says. The compressed ones name the extension that they
-// require; the others break a rule of the format, or come from a later version of it.
+// Files that are refused: what their path ends with, and what the error says. The compressed ones name the extension
+// that they require; the others break a rule of the format, or come from a later version of it.
 static const struct refusal {
     const char *path;
     clast_status status;
@@ -25,7 +25,8 @@ static const struct refusal {
     {"gltf-compressed/chess-board.glb", CLAST_ERROR_UNSUPPORTED, "KHR_draco_mesh_compression"},
     {"gltf-compressed/pirate.glb", CLAST_ERROR_UNSUPPORTED, "EXT_meshopt_compression"},
     {"gltf-edge/AssetGenerator/Compatibility/Compatibility_04.gltf", CLAST_ERROR_UNSUPPORTED, "version 2.1"},
-    {"gltf-edge/AssetGenerator/Compatibility/Compatibility_05.gltf", CLAST_ERROR_UNSUPPORTED, "FAKE_materials_quantumRendering"},
+    {"gltf-edge/AssetGenerator/Compatibility/Compatibility_05.gltf", CLAST_ERROR_UNSUPPORTED,
+     "FAKE_materials_quantumRendering"},
     {"gltf-edge/CubeScaledInstances/cube_att.gltf", CLAST_ERROR_MALFORMED, "expected one parent"},
 };
 enum { REFUSAL_COUNT = sizeof REFUSALS / sizeof *REFUSALS };
@@ -69,7 +70,9 @@ static void note(const char *path, clast_status status)
 {
     const char *error = status != CLAST_OK ? clast_context_error(test_context) : "";
     const struct refusal *refusal = expected_refusal(path);
-    bool sound = status == CLAST_OK ? refusal == NULL : refusal != NULL && status == refusal->status && strstr(error, refusal->words) != NULL;
+    bool sound = status == CLAST_OK
+                     ? refusal == NULL
+                     : refusal != NULL && status == refusal->status && strstr(error, refusal->words) != NULL;
     loaded_count += status == CLAST_OK;
     refused_count += status != CLAST_OK;
     if (is_strict && !sound) {
@@ -110,7 +113,8 @@ static void visit_folder(clast_context *context, const char *folder, bool strict
 
 static void every_model_loads_or_is_refused_by_name(void **state)
 {
-    const char *folders[] = {"gltf-models", "gltf-edge", "gltf-animated", "displaced-gltf", "gltf-compressed", "micromesh"};
+    const char *folders[] = {"gltf-models",    "gltf-edge",       "gltf-animated",
+                             "displaced-gltf", "gltf-compressed", "micromesh"};
     for (size_t i = 0; i < sizeof folders / sizeof *folders; i++) {
         visit_folder(*state, folders[i], true);
         assert_true(loaded_count > 0);
@@ -158,8 +162,20 @@ static void well_known_models_have_their_counts_and_boxes(void **state)
     static const expectation expected[] = {
         {"gltf-edge/Box.glb", 1, 1, 0, 12, {-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}},
         {"gltf-models/Avocado.glb", 1, 1, 1, 682, {-0.173f, -0.256f, 0.1436f}, {0.173f, 0.256f, 0.3684f}},
-        {"gltf-models/FlightHelmet/FlightHelmet.gltf", 6, 6, 15, 94722, {-0.2036f, 0, -0.1715f}, {0.1629f, 0.716f, 0.2f}},
-        {"gltf-models/2CylinderEngine.glb", 34, 115, 0, 121496, {-373.294f, -188.283f, -140.0f}, {371.692f, 115.259f, 135.258f}},
+        {"gltf-models/FlightHelmet/FlightHelmet.gltf",
+         6,
+         6,
+         15,
+         94722,
+         {-0.2036f, 0, -0.1715f},
+         {0.1629f, 0.716f, 0.2f}},
+        {"gltf-models/2CylinderEngine.glb",
+         34,
+         115,
+         0,
+         121496,
+         {-373.294f, -188.283f, -140.0f},
+         {371.692f, 115.259f, 135.258f}},
         {"gltf-edge/one_face_123_mirror/one_face_123_mirror.gltf", 1, 1, 0, 1, {-3, -0.11f, 0}, {-1, -0.01f, 0}},
     };
     for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {

@@ -25,10 +25,21 @@ static const data DATA = {
 #define ACCESSOR(offset, component, count, type) \
     "{'bufferView':0,'byteOffset':" #offset ",'componentType':" #component ",'count':" #count ",'type':'" type "'}"
 #define POSED(nodes, mesh, primitive, more) \
-    "{" ASSET "," BUFFER(344) ",'bufferViews':[{'buffer':0,'byteLength':344}],'accessors':[" ACCESSOR(0, 5126, 3, "VEC3") "," \
-    ACCESSOR(36, 5126, 3, "VEC3") "," ACCESSOR(72, 5126, 3, "VEC3") "," ACCESSOR(108, 5126, 3, "VEC3") "," ACCESSOR(144, 5123, 3, "VEC4") "," \
-    ACCESSOR(168, 5126, 3, "VEC4") "," ACCESSOR(216, 5126, 2, "MAT4") "],'scenes':[{'nodes':[0,1]}],'nodes':[" nodes "],'meshes':[{" mesh \
-    "'primitives':[{'attributes':{'POSITION':0,'NORMAL':1,'JOINTS_0':4,'WEIGHTS_0':5}" primitive "}]}]" more "}"
+    "{" ASSET \
+    "," BUFFER(344) ",'bufferViews':[{'buffer':0,'byteLength':344}],'accessors':[" ACCESSOR(0, 5126, 3, "VEC3") "," ACCESSOR( \
+        36, 5126, 3, \
+        "VEC3") "," ACCESSOR(72, 5126, 3, \
+                             "VEC3") "," ACCESSOR(108, 5126, 3, \
+                                                  "VEC3") "," ACCESSOR(144, 5123, 3, \
+                                                                       "VEC4") "," ACCESSOR(168, 5126, 3, \
+                                                                                            "VEC4") "," ACCESSOR(216, \
+                                                                                                                 5126, \
+                                                                                                                 2, \
+                                                                                                                 "MAT4") "],'scenes':[{'nodes':[0,1]}],'nodes':[" nodes \
+                                                                                                                         "],'meshes':[{" mesh \
+                                                                                                                         "'primitives':[{'attributes':{'POSITION':0,'NORMAL':1,'JOINTS_0':4,'WEIGHTS_0':5}" primitive \
+                                                                                                                         "}]}]" more \
+                                                                                                                         "}"
 #define TARGET ",'targets':[{'POSITION':2,'NORMAL':3}]"
 #define SKIN(joints, more) ",'skins':[{'joints':[" joints "]" more "}]"
 
@@ -73,23 +84,32 @@ static void broken_targets_are_refused(void **state)
 {
     fixture *f = *state;
     put_data(f, &DATA);
-    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[1,1],", TARGET, ""), CLAST_ERROR_MALFORMED, "meshes[0].primitives[0]: 1 morph targets: expected 2");
-    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[1],", "", ""), CLAST_ERROR_MALFORMED, "0 morph targets: expected 1");
-    assert_refused(f, POSED("{'mesh':0},{}", "'weights':['x'],", TARGET, ""), CLAST_ERROR_MALFORMED, "meshes[0].weights[0]: a text");
-    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[1],", ",'targets':[{'POSITION':6}]", ""), CLAST_ERROR_MALFORMED,
-                   "targets[0].POSITION: MAT4 of FLOAT");
-    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[1],", ",'targets':[7]", ""), CLAST_ERROR_MALFORMED, "targets[0]: a number");
-    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[3e38],", TARGET, ""), CLAST_ERROR_MALFORMED, "primitives[0]: vertex 0 is not finite");
+    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[1,1],", TARGET, ""), CLAST_ERROR_MALFORMED,
+                   "meshes[0].primitives[0]: 1 morph targets: expected 2");
+    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[1],", "", ""), CLAST_ERROR_MALFORMED,
+                   "0 morph targets: expected 1");
+    assert_refused(f, POSED("{'mesh':0},{}", "'weights':['x'],", TARGET, ""), CLAST_ERROR_MALFORMED,
+                   "meshes[0].weights[0]: a text");
+    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[1],", ",'targets':[{'POSITION':6}]", ""),
+                   CLAST_ERROR_MALFORMED, "targets[0].POSITION: MAT4 of FLOAT");
+    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[1],", ",'targets':[7]", ""), CLAST_ERROR_MALFORMED,
+                   "targets[0]: a number");
+    assert_refused(f, POSED("{'mesh':0},{}", "'weights':[3e38],", TARGET, ""), CLAST_ERROR_MALFORMED,
+                   "primitives[0]: vertex 0 is not finite");
 }
 
 static void joints_move_the_vertices_and_the_node_does_not(void **state)
 {
     fixture *f = *state;
     put_data(f, &DATA);
-    // Joint 0 is node 2, moved by (0, 0, 3); joint 1 is node 3 below it, a quarter turn about z. The node of the mesh is far away.
-    assert_loads(f, POSED("{'mesh':0,'skin':0,'translation':[100,0,0]},{'children':[2]},{'translation':[0,0,3],'children':[3]},"
-                          "{'rotation':[0,0,0.70710678,0.70710678]}", "", "", SKIN("2,3", ",'inverseBindMatrices':6")));
-    // Vertex 1 is first moved by (-1, 0, 0); vertex 2 is a blend of (0, 1, 0) and the turned (-1, 1, 0), which is (-1, -1, 0).
+    // Joint 0 is node 2, moved by (0, 0, 3); joint 1 is node 3 below it, a quarter turn about z. The node of the mesh
+    // is far away.
+    assert_loads(
+        f, POSED("{'mesh':0,'skin':0,'translation':[100,0,0]},{'children':[2]},{'translation':[0,0,3],'children':[3]},"
+                 "{'rotation':[0,0,0.70710678,0.70710678]}",
+                 "", "", SKIN("2,3", ",'inverseBindMatrices':6")));
+    // Vertex 1 is first moved by (-1, 0, 0); vertex 2 is a blend of (0, 1, 0) and the turned (-1, 1, 0), which is
+    // (-1, -1, 0).
     assert_floats(mesh_of(f, 0)->positions, (float[]){0, 0, 3, 0, 0, 3, -0.75f, -0.5f, 3}, 9, 1e-6f);
     assert_floats(mesh_of(f, 0)->normals, DATA.normals, 9, 1e-6f);
     assert_floats(f->scene->instances[0].to_world.rows[0].v, (float[]){1, 0, 0, 0}, 4, 0.0f);
@@ -121,8 +141,10 @@ static void broken_skins_are_refused(void **state)
     assert_refused(f, SKINNED(""), CLAST_ERROR_MALFORMED, "nodes[0].skin: 0: the file has no skins");
     assert_refused(f, SKINNED(SKIN("", "")), CLAST_ERROR_MALFORMED, "skins[0]: no joints");
     assert_refused(f, SKINNED(SKIN("9,1", "")), CLAST_ERROR_MALFORMED, "skins[0].joints[0]: 9");
-    assert_refused(f, SKINNED(SKIN("1,1,1", ",'inverseBindMatrices':6")), CLAST_ERROR_MALFORMED, "inverseBindMatrices: 2 matrices");
-    assert_refused(f, SKINNED(SKIN("1,1", ",'inverseBindMatrices':5")), CLAST_ERROR_MALFORMED, "inverseBindMatrices: VEC4 of FLOAT");
+    assert_refused(f, SKINNED(SKIN("1,1,1", ",'inverseBindMatrices':6")), CLAST_ERROR_MALFORMED,
+                   "inverseBindMatrices: 2 matrices");
+    assert_refused(f, SKINNED(SKIN("1,1", ",'inverseBindMatrices':5")), CLAST_ERROR_MALFORMED,
+                   "inverseBindMatrices: VEC4 of FLOAT");
     assert_refused(f, SKINNED(SKIN("1", "")), CLAST_ERROR_MALFORMED, "attributes.JOINTS_0: joint 1 of 1 (vertex 1)");
     data bytes = DATA;
     bytes.weights[4] = NAN;
