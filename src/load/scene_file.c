@@ -145,6 +145,10 @@ static clast_status repeat(clast_scene *scene, scene_mark from, uint32_t copies)
             instance.name = NULL;
             instance.to_world.rows[0].v[3] += x;
             instance.to_world.rows[2].v[3] += z;
+            if (!is_finite_transform(&instance.to_world)) {
+                return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT,
+                                  "the copies leave the range of single precision");
+            }
             scene->instances[scene->instance_count++] = instance;
         }
     }
