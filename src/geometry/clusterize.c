@@ -59,25 +59,11 @@ static clast_status check(clusterizer *c)
 
 // ------------------------------------------------------------------------------------------------------------- boxes
 
-// What steers the cut must be a finite number; what is none counts as 0. (Adding 0 leaves no negative zero.)
-static inline float steering(float coordinate)
+// A corner as far as it steers the cut: finite, and not so large that sums are not.
+static inline lanes steering(const float *positions, uint32_t corner)
 {
-    return coordinate >= CUT_FAR ? (coordinate <= FLT_MAX ? CUT_FAR : 0.0f)
-           : coordinate <= -CUT_FAR ? (coordinate >= -FLT_MAX ? -CUT_FAR : 0.0f)
-           : coordinate == coordinate ? coordinate + 0.0f
-                                      : 0.0f;
-}
-
-static void bound_triangle(const float *positions, const uint32_t *corner, cut_box *box)
-{
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        float a = steering(positions[3 * (size_t)corner[0] + axis]);
-        float b = steering(positions[3 * (size_t)corner[1] + axis]);
-        float c = steering(positions[3 * (size_t)corner[2] + axis]);
-        float lower = a < b ? a : b, upper = a < b ? b : a;
-        box->lower[axis] = c < lower ? c : lower;
-        box->upper[axis] = c > upper ? c : upper;
-    }
+    lanes position = lanes_finite(positions + 3 * (size_t)corner);
+    return lanes_max(lanes_min(position, lanes_all(CUT_FAR)), lanes_all(-CUT_FAR));
 }
 
 static void make_boxes(void *data, size_t begin, size_t end, uint32_t worker)
@@ -91,10 +77,14 @@ static void make_boxes(void *data, size_t begin, size_t end, uint32_t worker)
             atomic_store(&c->out_of_range, true);
             return;
         }
+        lanes p = steering(desc->positions, corner[0]);
+        lanes q = steering(desc->positions, corner[1]);
+        lanes r = steering(desc->positions, corner[2]);
         cut_box *box = &c->boxes[i];
-        box->triangle = (uint32_t)i;
-        box->cluster = 0;
-        bound_triangle(desc->positions, corner, box);
+        lanes_store(&box->lower, lanes_min(lanes_min(p, q), r));
+        lanes_store(&box->upper, lanes_max(lanes_max(p, q), r));
+        box->lower.number = (uint32_t)i;
+        box->upper.number = 0;
         lanes centre = cut_centre(box);
         lower = lanes_min(lower, centre);
         upper = lanes_max(upper, centre);
@@ -234,7 +224,7 @@ static void gather_task(void *data, size_t begin, size_t end, uint32_t worker)
         const task *task = &c->tasks[i];
         uint32_t triangle = task->range.begin, vertex = (uint32_t)task->first_vertex;
         for (uint32_t k = 0; k < task->cluster_count; k++) {
-            uint32_t packed = c->boxes[triangle].cluster;
+            uint32_t packed = c->boxes[triangle].upper.number;
             clast_cluster cluster = {triangle, packed >> 16, vertex, packed & 0xffff};
             result->clusters[task->first_cluster + k] = cluster;
             for (uint32_t t = 0; t < cluster.triangle_count; t++) {

@@ -12,12 +12,14 @@ enum {
     CUT_ALONE_MOST = 32768, // triangles that one thread cuts alone
 };
 
-// A triangle's box. Where the triangle is the first of a cluster, `cluster` says at the end how large that is.
+// A triangle's box, as two registers whose last lanes are put to use.
+typedef struct cut_corner {
+    float v[3];
+    uint32_t number; // lower: the triangle. upper: of a cluster's first triangle, the cluster's triangles * 65536 + vertices
+} cut_corner;
+
 typedef struct cut_box {
-    float lower[3];
-    uint32_t triangle;
-    float upper[3];
-    uint32_t cluster; // triangles * 65536 + vertices
+    cut_corner lower, upper;
 } cut_box;
 
 // A range of boxes, and the box of their centres.
@@ -33,7 +35,7 @@ typedef struct cut_limits {
 // Twice the centre of a box.
 static inline lanes cut_centre(const cut_box *box)
 {
-    return lanes_add(lanes_three(box->lower), lanes_three(box->upper));
+    return lanes_add(lanes_three(&box->lower), lanes_three(&box->upper));
 }
 
 // Along an axis that is shorter than this, nothing is told apart: the reciprocal must stay finite.

@@ -101,8 +101,8 @@ static void load_boxes(group *g, const cut_box *boxes, uint32_t count)
     cut_range range = {0, count, lower, upper};
     clast_cut_measure(boxes, &range);
     for (uint32_t i = 0; i < count; i++) {
-        lower = lanes_min(lower, lanes_three(boxes[i].lower));
-        upper = lanes_max(upper, lanes_three(boxes[i].upper));
+        lower = lanes_min(lower, lanes_three(&boxes[i].lower));
+        upper = lanes_max(upper, lanes_three(&boxes[i].upper));
     }
     lanes factor = lanes_all(clast_cut_scale(lower, upper));
     float sides[4], scale[4] = {0.0f, 0.0f, 0.0f, 0.0f};
@@ -117,8 +117,8 @@ static void load_boxes(group *g, const cut_box *boxes, uint32_t count)
         for (int axis = 0; axis < 3; axis++) {
             g->keys[axis][i] = (uint16_t)(keys[axis] < 65535 ? keys[axis] : 65535);
         }
-        g->lower[i] = lanes_multiply(lanes_subtract(lanes_three(boxes[i].lower), lower), factor);
-        g->upper[i] = lanes_multiply(lanes_subtract(lanes_three(boxes[i].upper), lower), factor);
+        g->lower[i] = lanes_multiply(lanes_subtract(lanes_three(&boxes[i].lower), lower), factor);
+        g->upper[i] = lanes_multiply(lanes_subtract(lanes_three(&boxes[i].upper), lower), factor);
     }
     for (int axis = 0; axis < 3; axis++) {
         sort_axis(g, axis, count);
@@ -148,7 +148,7 @@ static uint32_t number_corners(group *g, const group_job *job, uint32_t begin, u
     uint32_t lowest = UINT32_MAX, highest = 0;
     uint64_t *from = g->numbered[0], *to = g->numbered[1];
     for (uint32_t i = 0; i < count; i++) {
-        const uint32_t *corner = job->mesh_indices + 3 * (size_t)job->boxes[begin + i].triangle;
+        const uint32_t *corner = job->mesh_indices + 3 * (size_t)job->boxes[begin + i].lower.number;
         for (uint32_t k = 0; k < 3; k++) {
             lowest = corner[k] < lowest ? corner[k] : lowest;
             highest = corner[k] > highest ? corner[k] : highest;
@@ -414,13 +414,13 @@ void clast_group_cut(group *g, const group_job *job, uint32_t begin, uint32_t co
     cut_clusters(g, count);
     uint32_t *numbers = g->sorted[0]; // free since load_boxes
     for (uint32_t i = 0; i < count; i++) {
-        numbers[i] = job->boxes[begin + i].triangle;
+        numbers[i] = job->boxes[begin + i].lower.number;
     }
     for (uint32_t i = 0; i < g->cluster_count; i++) {
         const part *cluster = &g->clusters[i];
         order_blocks(g, cluster);
         uint32_t used = write_cluster(g, job, begin, cluster, numbers);
-        job->boxes[begin + cluster->begin].cluster = (uint32_t)cluster->count << 16 | used;
+        job->boxes[begin + cluster->begin].upper.number = (uint32_t)cluster->count << 16 | used;
         *vertices += used;
     }
     *clusters += g->cluster_count;

@@ -14,7 +14,7 @@
 typedef __m128 lanes;
 
 static inline lanes lanes_load(const float *values) { return _mm_loadu_ps(values); }
-static inline void lanes_store(float *values, lanes a) { _mm_storeu_ps(values, a); }
+static inline void lanes_store(void *values, lanes a) { _mm_storeu_ps(values, a); }
 static inline lanes lanes_all(float value) { return _mm_set1_ps(value); }
 static inline lanes lanes_add(lanes a, lanes b) { return _mm_add_ps(a, b); }
 static inline lanes lanes_subtract(lanes a, lanes b) { return _mm_sub_ps(a, b); }
@@ -24,9 +24,17 @@ static inline lanes lanes_max(lanes a, lanes b) { return _mm_max_ps(a, b); }
 
 // The first three lanes; the last becomes zero. What stands in memory there may be an integer: as a float it would be a
 // denormal, which some machines add slowly.
-static inline lanes lanes_three(const float *values)
+static inline lanes lanes_three(const void *values)
 {
     return _mm_and_ps(_mm_loadu_ps(values), _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)));
+}
+
+// Three floats where no fourth may be read. What is no finite number becomes 0, a negative zero a positive one.
+static inline lanes lanes_finite(const float *values)
+{
+    __m128 a = _mm_movelh_ps(_mm_castpd_ps(_mm_load_sd((const double *)(const void *)values)), _mm_load_ss(values + 2));
+    __m128 magnitude = _mm_and_ps(a, _mm_castsi128_ps(_mm_set1_epi32(0x7fffffff)));
+    return _mm_add_ps(_mm_and_ps(a, _mm_cmple_ps(magnitude, _mm_set1_ps(FLT_MAX))), _mm_setzero_ps());
 }
 
 static inline void lanes_truncate(int32_t *integers, lanes a)
@@ -55,14 +63,24 @@ typedef struct lanes {
     } \
     return result
 static inline lanes lanes_load(const float *values) { EACH_LANE(values[i]); }
-static inline void lanes_store(float *values, lanes a) { memcpy(values, a.v, sizeof a.v); }
+static inline void lanes_store(void *values, lanes a) { memcpy(values, a.v, sizeof a.v); }
 static inline lanes lanes_all(float value) { EACH_LANE(value); }
 static inline lanes lanes_add(lanes a, lanes b) { EACH_LANE(a.v[i] + b.v[i]); }
 static inline lanes lanes_subtract(lanes a, lanes b) { EACH_LANE(a.v[i] - b.v[i]); }
 static inline lanes lanes_multiply(lanes a, lanes b) { EACH_LANE(a.v[i] * b.v[i]); }
 static inline lanes lanes_min(lanes a, lanes b) { EACH_LANE(a.v[i] < b.v[i] ? a.v[i] : b.v[i]); }
 static inline lanes lanes_max(lanes a, lanes b) { EACH_LANE(a.v[i] > b.v[i] ? a.v[i] : b.v[i]); }
-static inline lanes lanes_three(const float *values) { EACH_LANE(i < 3 ? values[i] : 0.0f); }
+static inline lanes lanes_three(const void *values)
+{
+    lanes result = {{0.0f, 0.0f, 0.0f, 0.0f}};
+    memcpy(result.v, values, 3 * sizeof(float));
+    return result;
+}
+
+static inline lanes lanes_finite(const float *values)
+{
+    EACH_LANE(i < 3 && values[i] >= -FLT_MAX && values[i] <= FLT_MAX ? values[i] + 0.0f : 0.0f);
+}
 #undef EACH_LANE
 
 static inline void lanes_truncate(int32_t *integers, lanes a)
