@@ -5,7 +5,7 @@
 
 #include "app/print.h"
 #include "app/session.h"
-#include "app/statistics.h"
+#include "app/report.h"
 #include "clast/image.h"
 
 // Without bounds, only equal images agree. A value that is not finite agrees with none.
@@ -35,8 +35,8 @@ static json_t *results_object(const clast_session *session, const clast_image_di
 {
     const clast_command *command = session->command;
     return json_pack("{s:s, s:o, s:o, s:o, s:b, s:o, s:o, s:o, s:[I, I], s:I}", "verb", "compare", "clast",
-                     clast_json_program(session), "a", clast_json_text(command->positionals[0]), "b",
-                     clast_json_text(command->positionals[1]), "agree", agree, "mse",
+                     clast_report_program(session), "a", clast_report_text(command->positionals[0]), "b",
+                     clast_report_text(command->positionals[1]), "agree", agree, "mse",
                      number_or_null(difference->mean_squared_error), "psnr",
                      number_or_null(peak_signal_to_noise(difference->mean_squared_error)), "maximum",
                      number_or_null(difference->maximum), "maximum_at", (json_int_t)difference->maximum_x,

@@ -5,7 +5,7 @@
 
 #include "app/print.h"
 #include "app/session.h"
-#include "app/statistics.h"
+#include "app/report.h"
 #include "clast/image.h"
 #include "scene/scene.h"
 
@@ -149,7 +149,7 @@ static json_t *geometries_array(const clast_scene *scene)
     for (size_t i = 0; array != NULL && i < scene->geometry_count; i++) {
         const clast_geometry *geometry = &scene->geometries[i];
         bool is_mesh = geometry->kind == CLAST_SOURCE_CLUSTERS;
-        json_t *row = json_pack("{s:o, s:s, s:I, s:I}", "name", clast_json_text(name_or(geometry->name, "")), "kind",
+        json_t *row = json_pack("{s:o, s:s, s:I, s:I}", "name", clast_report_text(name_or(geometry->name, "")), "kind",
                                 source_texts[geometry->kind], "vertices",
                                 is_mesh ? (json_int_t)geometry->of.mesh.vertex_count : 0, "triangles",
                                 is_mesh ? (json_int_t)geometry->of.mesh.triangle_count : 0);
@@ -166,7 +166,7 @@ static json_t *images_array(const clast_scene *scene)
     json_t *array = json_array();
     for (size_t i = 0; array != NULL && i < scene->image_count; i++) {
         const clast_image *image = &scene->images[i].image;
-        json_t *row = json_pack("{s:o, s:I, s:I, s:I, s:s}", "name", clast_json_text(name_or(scene->images[i].name, "")), "width",
+        json_t *row = json_pack("{s:o, s:I, s:I, s:I, s:s}", "name", clast_report_text(name_or(scene->images[i].name, "")), "width",
                                 (json_int_t)image->width, "height", (json_int_t)image->height, "channels",
                                 (json_int_t)image->channels, "type", pixel_texts[image->type]);
         if (json_array_append_new(array, row) != 0) {
@@ -181,7 +181,7 @@ static json_t *cameras_array(const clast_scene *scene)
 {
     json_t *array = json_array();
     for (size_t i = 0; array != NULL && i < scene->camera_count; i++) {
-        if (json_array_append_new(array, clast_json_text(name_or(scene->cameras[i].name, ""))) != 0) {
+        if (json_array_append_new(array, clast_report_text(name_or(scene->cameras[i].name, ""))) != 0) {
             json_decref(array);
             return NULL;
         }
@@ -203,7 +203,7 @@ static json_t *scene_object(const clast_info_work *work)
     const clast_scene_counts *counts = &work->counts;
     json_t *object = json_pack(
         "{s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o, s:I, s:I, s:o, s:o, s:o, s:o}", "verb", "info", "clast",
-        clast_json_program(&work->session), "input", clast_json_text(work->session.command->positionals[0]), "geometries",
+        clast_report_program(&work->session), "input", clast_report_text(work->session.command->positionals[0]), "geometries",
         geometries_array(scene), "mesh_triangles", (json_int_t)counts->triangles, "instances", (json_int_t)counts->instances,
         "materials", (json_int_t)counts->materials, "textures", (json_int_t)counts->textures, "images", images_array(scene),
         "image_bytes", (json_int_t)counts->image_bytes, "lights", (json_int_t)counts->lights, "environment",
@@ -211,7 +211,7 @@ static json_t *scene_object(const clast_info_work *work)
         cameras_array(scene), "lower", corner_or_null(work, work->lower), "upper", corner_or_null(work, work->upper));
     if (object != NULL && work->is_cooked) {
         json_t *cooked = json_object();
-        if (cooked == NULL || clast_json_add_counts(cooked, &work->statistics) != 0 ||
+        if (cooked == NULL || clast_report_add_counts(cooked, &work->statistics) != 0 ||
             json_object_set(object, "cooked", cooked) != 0) {
             json_decref(object);
             object = NULL;
@@ -269,8 +269,8 @@ static clast_exit tell_image(clast_session *session, const clast_image *image)
     }
     bool good = true;
     if (command->json != NULL) {
-        json_t *object = json_pack("{s:s, s:o, s:o, s:I, s:I, s:I, s:s}", "verb", "info", "clast", clast_json_program(session),
-                                   "input", clast_json_text(command->positionals[0]), "width", (json_int_t)image->width, "height",
+        json_t *object = json_pack("{s:s, s:o, s:o, s:I, s:I, s:I, s:s}", "verb", "info", "clast", clast_report_program(session),
+                                   "input", clast_report_text(command->positionals[0]), "width", (json_int_t)image->width, "height",
                                    (json_int_t)image->height, "channels", (json_int_t)image->channels, "type",
                                    pixel_texts[image->type]);
         good = clast_session_write_json(session, object);

@@ -2,16 +2,16 @@
 // clast render: a scene file in, a picture out.
 #include <inttypes.h>
 
-#include "app/picture.h"
+#include "app/output.h"
 #include "app/print.h"
 #include "app/session.h"
-#include "app/statistics.h"
+#include "app/report.h"
 #include "base/thread.h"
 
 // A render under way.
 typedef struct clast_render_work {
     clast_session session;
-    clast_picture picture;
+    clast_output picture;
     clast_scene *scene;
     clast_renderer *renderer;
     clast_render_settings settings;
@@ -56,7 +56,7 @@ static clast_status render(clast_render_work *work)
 {
     clast_context *context = work->session.context;
     work->session.samples = work->settings.spp;
-    clast_status status = clast_picture_allocate(context, &work->picture, work->settings.width, work->settings.height);
+    clast_status status = clast_output_allocate(context, &work->picture, work->settings.width, work->settings.height);
     if (status == CLAST_OK) {
         status = clast_renderer_create(work->scene, &work->renderer);
     }
@@ -74,7 +74,7 @@ static json_t *milliseconds_object(const clast_render_work *work)
 {
     const clast_session *session = &work->session;
     return json_pack("{s:f, s:f, s:o, s:f, s:f, s:f, s:f}", "load", work->load_milliseconds, "cook",
-                     work->statistics.cook_milliseconds, "passes", clast_json_passes(&work->statistics), "render",
+                     work->statistics.cook_milliseconds, "passes", clast_report_passes(&work->statistics), "render",
                      work->statistics.total_milliseconds, "write", work->write_milliseconds, "first_picture",
                      1000.0 * session->first_picture, "total", 1000.0 * clast_session_seconds(session));
 }
@@ -85,12 +85,12 @@ static json_t *results_object(const clast_render_work *work)
     snprintf(hash, sizeof hash, "%016" PRIx64, work->picture.hash);
     json_t *object = json_pack(
         "{s:s, s:o, s:o, s:o, s:o, s:b, s:i, s:o, s:I, s:I, s:f, s:s}", "verb", "render", "clast",
-        clast_json_program(&work->session), "input", clast_json_text(work->session.command->positionals[0]), "output",
-        clast_json_text(work->picture.path), "settings", clast_json_settings(&work->settings), "cancelled", work->was_cancelled,
+        clast_report_program(&work->session), "input", clast_report_text(work->session.command->positionals[0]), "output",
+        clast_report_text(work->picture.path), "settings", clast_report_settings(&work->settings), "cancelled", work->was_cancelled,
         "samples", (int)work->statistics.samples, "milliseconds", milliseconds_object(work), "rays",
         (json_int_t)work->statistics.rays, "primary_rays", (json_int_t)work->statistics.primary_rays, "mrays_per_second",
         clast_mega_rays_per_second(&work->statistics), "image_hash", hash);
-    if (object != NULL && clast_json_add_counts(object, &work->statistics) != 0) {
+    if (object != NULL && clast_report_add_counts(object, &work->statistics) != 0) {
         json_decref(object);
         return NULL;
     }
@@ -111,7 +111,7 @@ static clast_exit finish(clast_render_work *work)
 {
     clast_session *session = &work->session;
     double begun = clast_clock();
-    clast_status status = clast_picture_write(session->context, &work->picture, &work->settings);
+    clast_status status = clast_output_write(session->context, &work->picture, &work->settings);
     work->write_milliseconds = 1000.0 * (clast_clock() - begun);
     if (status != CLAST_OK) {
         return clast_session_fail(session, status);
@@ -133,7 +133,7 @@ static clast_exit finish(clast_render_work *work)
 
 static clast_exit work_through(clast_render_work *work)
 {
-    clast_exit planned = clast_picture_plan(&work->session, &work->picture);
+    clast_exit planned = clast_output_plan(&work->session, &work->picture);
     if (planned != CLAST_EXIT_SUCCESS) {
         return planned;
     }
@@ -153,7 +153,7 @@ clast_exit clast_run_render(const clast_command *command)
     clast_exit code = work_through(&work);
     clast_renderer_destroy(work.renderer);
     clast_scene_destroy(work.scene);
-    clast_picture_free(work.session.context, &work.picture);
+    clast_output_free(work.session.context, &work.picture);
     clast_session_end(&work.session);
     return code;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/statistics.h"
+#include "app/report.h"
 
 #include <string.h>
 
@@ -18,7 +18,7 @@ static json_t *object_or_null(json_t *object, int failures)
     return object;
 }
 
-json_t *clast_json_text(const char *text)
+json_t *clast_report_text(const char *text)
 {
     json_t *value = json_string(text);
     if (value != NULL) {
@@ -33,7 +33,7 @@ json_t *clast_json_text(const char *text)
     return json_string(clean);
 }
 
-json_t *clast_json_passes(const clast_render_statistics *statistics)
+json_t *clast_report_passes(const clast_render_statistics *statistics)
 {
     json_t *object = json_object();
     int failures = object == NULL;
@@ -42,7 +42,7 @@ json_t *clast_json_passes(const clast_render_statistics *statistics)
     return object_or_null(object, failures);
 }
 
-json_t *clast_json_bytes(const clast_render_statistics *statistics, bool for_each_triangle)
+json_t *clast_report_bytes(const clast_render_statistics *statistics, bool for_each_triangle)
 {
     const struct {
         const char *name;
@@ -81,19 +81,19 @@ static const char *choice_text(const char *option, uint32_t value)
     return "";
 }
 
-json_t *clast_json_settings(const clast_render_settings *settings)
+json_t *clast_report_settings(const clast_render_settings *settings)
 {
     json_t *object = json_object();
     int failures = object == NULL;
 #define SETTING_UINT(name, ...) failures += SET_UINT(object, #name, settings->name) != 0;
 #define SETTING_REAL(name, ...) failures += SET_REAL(object, #name, settings->name) != 0;
-#define SETTING_CHOICE(name, ...) failures += json_object_set_new(object, #name, clast_json_text(choice_text(#name, settings->name))) != 0;
-#define SETTING_TEXT(name, ...) failures += json_object_set_new(object, #name, clast_json_text(settings->name)) != 0;
+#define SETTING_CHOICE(name, ...) failures += json_object_set_new(object, #name, clast_report_text(choice_text(#name, settings->name))) != 0;
+#define SETTING_TEXT(name, ...) failures += json_object_set_new(object, #name, clast_report_text(settings->name)) != 0;
     CLAST_RENDER_SETTING_LIST(SETTING_UINT, SETTING_REAL, SETTING_CHOICE, SETTING_TEXT)
     return object_or_null(object, failures);
 }
 
-int clast_json_add_counts(json_t *object, const clast_render_statistics *statistics)
+int clast_report_add_counts(json_t *object, const clast_render_statistics *statistics)
 {
     int failures = SET_UINT(object, "triangles", statistics->triangles) != 0;
     failures += SET_UINT(object, "instanced_triangles", statistics->instanced_triangles) != 0;
@@ -105,14 +105,14 @@ int clast_json_add_counts(json_t *object, const clast_render_statistics *statist
     failures += SET_UINT(object, "lights", statistics->lights) != 0;
     failures += SET_REAL(object, "rate", statistics->rate) != 0;
     failures += SET_UINT(object, "minimum_triangles", statistics->minimum_triangles) != 0;
-    failures += json_object_set_new(object, "bytes", clast_json_bytes(statistics, false)) != 0;
-    failures += json_object_set_new(object, "bytes_per_triangle", clast_json_bytes(statistics, true)) != 0;
+    failures += json_object_set_new(object, "bytes", clast_report_bytes(statistics, false)) != 0;
+    failures += json_object_set_new(object, "bytes_per_triangle", clast_report_bytes(statistics, true)) != 0;
     failures += SET_UINT(object, "memory_peak", statistics->memory_peak) != 0;
     failures += SET_UINT(object, "process_memory_peak", statistics->process_memory_peak) != 0;
     return failures;
 }
 
-json_t *clast_json_program(const clast_session *session)
+json_t *clast_report_program(const clast_session *session)
 {
     json_t *object = json_object();
     int failures = object == NULL;

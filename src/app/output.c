@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/picture.h"
+#include "app/output.h"
 
 #include <string.h>
 #include <xxhash.h>
@@ -34,14 +34,14 @@ static view_info view_about(clast_view view)
     return info;
 }
 
-static bool find_format(const char *path, clast_picture_format *format)
+static bool find_format(const char *path, clast_output_format *format)
 {
     static const char *const extensions[] = {"png", "exr", "pfm", "hdr"};
     char extension[8];
     clast_path_extension(path, extension, sizeof extension);
     for (size_t i = 0; i < sizeof extensions / sizeof *extensions; i++) {
         if (strcmp(extension, extensions[i]) == 0) {
-            *format = (clast_picture_format)i;
+            *format = (clast_output_format)i;
             return true;
         }
     }
@@ -63,11 +63,11 @@ static char *default_path(clast_context *context, const char *input)
     return path;
 }
 
-clast_exit clast_picture_plan(clast_session *session, clast_picture *picture)
+clast_exit clast_output_plan(clast_session *session, clast_output *picture)
 {
     const clast_command *command = session->command;
     clast_context *context = session->context;
-    *picture = (clast_picture){0};
+    *picture = (clast_output){0};
     picture->path = command->positionals[1] != NULL ? clast_copy_text(context, command->positionals[1])
                                                     : default_path(context, command->positionals[0]);
     if (picture->path == NULL) {
@@ -78,7 +78,7 @@ clast_exit clast_picture_plan(clast_session *session, clast_picture *picture)
         return CLAST_EXIT_USAGE;
     }
     clast_view view = (clast_view)command->view;
-    bool is_linear = picture->format == CLAST_PICTURE_PFM || picture->format == CLAST_PICTURE_HDR;
+    bool is_linear = picture->format == CLAST_OUTPUT_PFM || picture->format == CLAST_OUTPUT_HDR;
     if (is_linear && !view_about(view).is_float) {
         clast_print_error("--view %s: whole numbers can be written as .png or .exr only", view_about(view).name);
         return CLAST_EXIT_USAGE;
@@ -91,7 +91,7 @@ clast_exit clast_picture_plan(clast_session *session, clast_picture *picture)
         clast_print_error("%s: a file cannot be written there", command->json);
         return CLAST_EXIT_FAILURE;
     }
-    if (picture->format == CLAST_PICTURE_EXR && !command->given.view_) {
+    if (picture->format == CLAST_OUTPUT_EXR && !command->given.view_) {
         for (uint32_t i = 0; i < CLAST_VIEW_COUNT_; i++) {
             picture->outputs[picture->output_count++].view = (clast_view)i;
         }
@@ -101,7 +101,7 @@ clast_exit clast_picture_plan(clast_session *session, clast_picture *picture)
     return CLAST_EXIT_SUCCESS;
 }
 
-clast_status clast_picture_allocate(clast_context *context, clast_picture *picture, uint32_t width, uint32_t height)
+clast_status clast_output_allocate(clast_context *context, clast_output *picture, uint32_t width, uint32_t height)
 {
     picture->width = width;
     picture->height = height;
@@ -119,7 +119,7 @@ clast_status clast_picture_allocate(clast_context *context, clast_picture *pictu
     return CLAST_OK;
 }
 
-static clast_status write_display(clast_context *context, clast_picture *picture, const clast_render_settings *settings)
+static clast_status write_display(clast_context *context, clast_output *picture, const clast_render_settings *settings)
 {
     size_t pixels = (size_t)picture->width * picture->height;
     uint8_t *bytes = clast_allocate(context, pixels, 3);
@@ -138,7 +138,7 @@ static clast_status write_display(clast_context *context, clast_picture *picture
     return status;
 }
 
-static clast_status write_layers(clast_context *context, clast_picture *picture)
+static clast_status write_layers(clast_context *context, clast_output *picture)
 {
     clast_image_layer layers[CLAST_VIEW_COUNT_];
     size_t pixels = (size_t)picture->width * picture->height;
@@ -152,12 +152,12 @@ static clast_status write_layers(clast_context *context, clast_picture *picture)
 }
 
 // Linear formats have one or three channels: two (texture coordinates) get a third of zeros, and HDR repeats a single one.
-static clast_status write_linear(clast_context *context, clast_picture *picture)
+static clast_status write_linear(clast_context *context, clast_output *picture)
 {
     view_info info = view_about(picture->outputs[0].view);
     const float *values = picture->outputs[0].pixels;
     size_t pixels = (size_t)picture->width * picture->height;
-    uint32_t channels = info.channels == 1 && picture->format == CLAST_PICTURE_PFM ? 1 : 3;
+    uint32_t channels = info.channels == 1 && picture->format == CLAST_OUTPUT_PFM ? 1 : 3;
     float *padded = NULL;
     picture->hash = XXH3_64bits(values, pixels * info.channels * sizeof(float));
     if (channels != info.channels) {
@@ -179,22 +179,22 @@ static clast_status write_linear(clast_context *context, clast_picture *picture)
     return status;
 }
 
-clast_status clast_picture_write(clast_context *context, clast_picture *picture, const clast_render_settings *settings)
+clast_status clast_output_write(clast_context *context, clast_output *picture, const clast_render_settings *settings)
 {
     switch (picture->format) {
-    case CLAST_PICTURE_PNG: return write_display(context, picture, settings);
-    case CLAST_PICTURE_EXR: return write_layers(context, picture);
-    case CLAST_PICTURE_PFM:
-    case CLAST_PICTURE_HDR: return write_linear(context, picture);
+    case CLAST_OUTPUT_PNG: return write_display(context, picture, settings);
+    case CLAST_OUTPUT_EXR: return write_layers(context, picture);
+    case CLAST_OUTPUT_PFM:
+    case CLAST_OUTPUT_HDR: return write_linear(context, picture);
     }
     return CLAST_ERROR_INVALID_ARGUMENT;
 }
 
-void clast_picture_free(clast_context *context, clast_picture *picture)
+void clast_output_free(clast_context *context, clast_output *picture)
 {
     for (size_t i = 0; i < picture->output_count; i++) {
         clast_free(context, picture->outputs[i].pixels);
     }
     clast_free(context, picture->path);
-    *picture = (clast_picture){0};
+    *picture = (clast_output){0};
 }
