@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trees over a pool's clusters.
+#include <string.h>
+
+#include "accel/structures.h"
+
+static clast_box slot_box(const void *items, uint32_t item)
+{
+    const clast_clas *clas = clast_pool_slot(items, item);
+    clast_box box;
+    memcpy(box.lower.v, clas->lower, sizeof box.lower.v);
+    memcpy(box.upper.v, clas->upper, sizeof box.upper.v);
+    return box;
+}
+
+clast_status clast_blas_create(clast_clas_pool *pool, clast_blas **blas)
+{
+    if (pool == NULL || blas == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    *blas = clast_allocate_zeroed(pool->context, 1, sizeof **blas);
+    if (*blas == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    (*blas)->pool = pool;
+    (*blas)->context = pool->context;
+    return CLAST_OK;
+}
+
+void clast_blas_destroy(clast_blas *blas)
+{
+    if (blas != NULL) {
+        clast_tree_free(blas->context, &blas->tree);
+        clast_free(blas->context, blas);
+    }
+}
+
+clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count)
+{
+    if (blas == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    if (count >= CLAST_CHILD_ITEM || (slots == NULL && count > blas->pool->count)) {
+        return clast_fail(blas->context, CLAST_ERROR_INVALID_ARGUMENT, "a BLAS over %zu clusters; the pool has %zu", count,
+                          blas->pool->count);
+    }
+    for (size_t i = 0; slots != NULL && i < count; i++) {
+        if (slots[i] >= blas->pool->count) {
+            return clast_fail(blas->context, CLAST_ERROR_INVALID_ARGUMENT, "a BLAS over cluster %u; the pool has %zu", slots[i],
+                              blas->pool->count);
+        }
+    }
+    return clast_tree_build(blas->context, &blas->tree, slot_box, blas->pool, slots, count);
+}
+
+clast_status clast_blas_refit(clast_blas *blas)
+{
+    if (blas == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_tree_refit(blas->context, &blas->tree, slot_box, blas->pool);
+    return CLAST_OK;
+}
+
+void clast_blas_bounds(const clast_blas *blas, float lower[3], float upper[3])
+{
+    clast_box box = blas != NULL ? clast_tree_bounds(&blas->tree) : clast_box_empty();
+    memcpy(lower, box.lower.v, sizeof box.lower.v);
+    memcpy(upper, box.upper.v, sizeof box.upper.v);
+}
+
+uint64_t clast_blas_bytes(const clast_blas *blas)
+{
+    return blas != NULL ? sizeof *blas + clast_tree_bytes(&blas->tree) : 0;
+}

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays, by the kernels of the context's instruction set.
+#include "accel/structures.h"
+
+const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa)
+{
+    static const clast_accel_kernels plain = {clast_fit_plain, clast_closest_plain, clast_any_plain};
+#if defined(__x86_64__)
+    static const clast_accel_kernels sse42 = {clast_fit_sse42, clast_closest_sse42, clast_any_sse42};
+    static const clast_accel_kernels avx2 = {clast_fit_avx2, clast_closest_avx2, clast_any_avx2};
+    if (isa == CLAST_ISA_AVX2) {
+        return &avx2;
+    }
+    if (isa == CLAST_ISA_SSE42) {
+        return &sse42;
+    }
+#else
+    (void)isa;
+#endif
+    return &plain;
+}
+
+void clast_trace_closest(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, clast_hit *hits)
+{
+    if (tlas != NULL && rays != NULL && hits != NULL) {
+        clast_accel_kernels_of(clast_context_isa(tlas->context))->closest(tlas, rays, count, filter, hits);
+    }
+}
+
+void clast_trace_any(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, uint8_t *occluded)
+{
+    if (tlas != NULL && rays != NULL && occluded != NULL) {
+        clast_accel_kernels_of(clast_context_isa(tlas->context))->any(tlas, rays, count, filter, occluded);
+    }
+}

@@ -1,0 +1,485 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays through the trees. Per ray a stack for the TLAS and one for the BLAS that it is in; no recursion.
+//
+// Boxes never cull what the triangle test would hit. That test (shared/watertight.h) works on vertices that are moved by
+// roundings of v - o and of the shear: with M the largest distance from the ray's origin to a side of the tree's box, and
+// e = 2^-24, by less than 6 e M; the distance it finds is off by less than 6 e M more. Here, the sides are
+// q * (step * inverse) + (base - origin) * inverse -+ pad * |inverse|, of six roundings, on values of 3 M |inverse| at most:
+// less than 10 e M. So all sides are moved outwards by pad = 32 e M = 2^-19 M, and ties at the limit are kept.
+// Direction components below 2^-30 of the largest are taken as 2^-30: that moves the ray by less than 2^-28 M.
+//
+// In each space, lengths and distances are scaled by powers of two: the direction's largest component to [1, 2), and M to
+// [1, 2), so that nothing overflows, and tiny scenes keep their precision.
+#include <float.h>
+#include <math.h>
+
+#include "accel/structures.h"
+#include "base/simd.h"
+#include "shared/box.h"
+#include "shared/watertight.h"
+
+#define PAD_OBJECT 1.9073486328125e-6f // 2^-19
+#define PAD_WORLD 7.62939453125e-6f    // 2^-17, times the condition of the maps (tlas.c)
+#define INVERSE_MOST 1073741824.0f     // 2^30
+
+enum { SCALE_MOST = 86 }; // exponent: of what is smaller, distances stay small
+
+// -------------------------------------------------------------------------------------------------------- powers of two
+
+// 2^exponent, for -126 <= exponent <= 127.
+static float two_to(int exponent)
+{
+    return power_of_two((uint)(exponent + 127));
+}
+
+// x * 2^exponent; exponents beyond what changes a float are cut.
+static float scale_by(float x, int exponent)
+{
+    exponent = exponent < -252 ? -252 : exponent > 252 ? 252 : exponent;
+    int half = exponent / 2;
+    return x * two_to(half) * two_to(exponent - half);
+}
+
+// The exponent of a positive finite number: x is in [2^e, 2^(e + 1)).
+static int exponent_of(float x)
+{
+    uint biased = floatBitsToUint(x) >> 23;
+    if (biased == 0) {
+        return (int)(floatBitsToUint(x * 0x1p64f) >> 23) - 127 - 64;
+    }
+    return (int)biased - 127;
+}
+
+static float largest_of(const float v[3])
+{
+    float x = fabsf(v[0]), y = fabsf(v[1]), z = fabsf(v[2]);
+    float most = x > y ? x : y;
+    return most > z ? most : z;
+}
+
+// -------------------------------------------------------------------------------------------------------------- spaces
+
+// A ray as boxes see it.
+typedef struct space {
+    float origin[3];
+    float inverse[3]; // 1 / direction, scaled
+    float pad[3];
+    int flip[3];      // 3 where the direction is negative: the upper side comes first
+    int exponent;     // distances here are the ray's t times 2^exponent
+    float t_min;
+} space;
+
+// The largest distance from a point to a side of a box, along an axis; not finite where that is too far.
+static float reach_of(const float origin[3], const clast_box *box)
+{
+    float reach = 0.0f;
+    for (int axis = 0; axis < 3; axis++) {
+        reach = max1(reach, max1(fabsf(box->lower.v[axis] - origin[axis]), fabsf(box->upper.v[axis] - origin[axis])));
+    }
+    return reach;
+}
+
+// `direction` has its largest component in [1, 2); `exponent` says how the ray's t becomes a multiple of it.
+static space make_space(const float origin[3], const float direction[3], int exponent, float reach, float pad, float t_min)
+{
+    space s;
+    int scale = reach > 0.0f ? -exponent_of(reach) : SCALE_MOST;
+    scale = scale > SCALE_MOST ? SCALE_MOST : scale;
+    for (int axis = 0; axis < 3; axis++) {
+        float inverse = 1.0f / direction[axis];
+        inverse = fabsf(inverse) <= INVERSE_MOST ? inverse : direction[axis] < 0.0f ? -INVERSE_MOST : INVERSE_MOST;
+        s.origin[axis] = origin[axis];
+        s.inverse[axis] = inverse * two_to(scale);
+        s.pad[axis] = fabsf(s.inverse[axis]) * pad;
+        s.flip[axis] = inverse < 0.0f ? 3 : 0;
+    }
+    s.exponent = exponent + scale;
+    s.t_min = scale_by(t_min, s.exponent);
+    return s;
+}
+
+typedef struct box_hits {
+    clast_floats8 near;
+    uint32_t bits;
+} box_hits;
+
+// Which of eight boxes the ray meets between its t_min and `limit`.
+CLAST_LANES box_hits test_boxes(const space *s, const float lower[3], const uint8_t exponents[3], const clast_box_group *group,
+                                float limit)
+{
+    clast_floats8 near = splat8(s->t_min), far = splat8(limit);
+    for (int axis = 0; axis < 3; axis++) {
+        clast_floats8 step = splat8(power_of_two(exponents[axis]) * s->inverse[axis]);
+        float shift = (lower[axis] - s->origin[axis]) * s->inverse[axis];
+        clast_floats8 first = load_bytes8(group->planes[axis + s->flip[axis]]) * step + splat8(shift - s->pad[axis]);
+        clast_floats8 last = load_bytes8(group->planes[axis + (s->flip[axis] ^ 3)]) * step + splat8(shift + s->pad[axis]);
+        near = max8(first, near);
+        far = min8(last, far);
+    }
+    return (box_hits){near, bits8(near <= far)};
+}
+
+typedef struct stack_entry {
+    float near;
+    uint32_t child;
+} stack_entry;
+
+// Pushes a node's children that were hit, the nearest on top; of equal ones the first.
+CLAST_LANES uint32_t push_children(stack_entry *stack, uint32_t height, const uint32_t *children, const box_hits *hits,
+                                   uint32_t bits)
+{
+    uint32_t bottom = height;
+    while (bits != 0) {
+        uint32_t lane = (uint32_t)__builtin_ctz(bits);
+        bits &= bits - 1;
+        float near = hits->near[lane];
+        uint32_t place = height++;
+        for (; place > bottom && stack[place - 1].near <= near; place--) {
+            stack[place] = stack[place - 1];
+        }
+        stack[place] = (stack_entry){near, children[lane]};
+    }
+    return height;
+}
+
+// ---------------------------------------------------------------------------------------------------------------- state
+
+// A ray on its way.
+typedef struct traversal {
+    const clast_ray *ray;
+    const clast_hit_filter *filter;
+    const clast_placement *placement; // the instance that it is in
+    clast_hit best;
+    const clast_placement *best_placement; // null: nothing was hit
+    const clast_block *best_block;
+    uint32_t best_lane;
+    uint32_t steps;
+    // in the instance's space
+    space object;
+    clast_watertight_ray watertight;
+    float along;         // one over the direction's largest component, scaled so that depth * along * along_rest is t
+    float along_rest;
+    float limit;         // best.t as the boxes see it
+    bool any;
+} traversal;
+
+static bool is_sound_vertex(const float *v)
+{
+    return largest_of(v) <= BOX_COORDINATE_MOST && v[0] == v[0] && v[1] == v[1] && v[2] == v[2];
+}
+
+// Whether a hit at the same distance as the best takes its place.
+static bool wins_tie(const traversal *w, const clast_hit *hit)
+{
+    const clast_hit *best = &w->best;
+    if (w->best_placement == NULL) {
+        return true;
+    }
+    if (hit->instance != best->instance) {
+        return hit->instance < best->instance;
+    }
+    if (hit->cluster != best->cluster) {
+        return hit->cluster < best->cluster;
+    }
+    if (hit->triangle != best->triangle) {
+        return hit->triangle < best->triangle;
+    }
+    return w->placement->index < w->best_placement->index; // two instances of one id
+}
+
+// A triangle that the ray passes within its range. Gives true where the search is over.
+static bool consider(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block, uint32_t lane, float t, float u,
+                     float v)
+{
+    for (uint32_t corner = 0; corner < 3; corner++) {
+        if (!is_sound_vertex(clas->vertices + 3 * (uint32_t)block->corners[corner][lane])) {
+            return false;
+        }
+    }
+    clast_hit hit = {.t = t, .u = u, .v = v, .instance = w->placement->id, .cluster = slot, .triangle = block->triangles[lane]};
+    if (t == w->best.t && !wins_tie(w, &hit)) {
+        return false;
+    }
+    if (w->placement->filtered && w->filter != NULL && !w->filter->accepts(w->filter->user, w->ray, &hit)) {
+        return false;
+    }
+    w->best = hit;
+    w->best_placement = w->placement;
+    w->best_block = block;
+    w->best_lane = lane;
+    w->limit = scale_by(t, w->object.exponent);
+    return w->any;
+}
+
+// ------------------------------------------------------------------------------------------------------------ triangles
+
+CLAST_LANES clast_floats8 upper_bits8(clast_floats8 x)
+{
+    clast_floats8 large = x * splat8(4097.0f);
+    return large - (large - x);
+}
+
+CLAST_LANES clast_floats8 product_error8(clast_floats8 a, clast_floats8 b, clast_floats8 product)
+{
+    clast_floats8 a1 = upper_bits8(a), b1 = upper_bits8(b);
+    clast_floats8 a2 = a - a1, b2 = b - b1;
+    return ((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2;
+}
+
+CLAST_LANES clast_floats8 signed_difference8(clast_floats8 a, clast_floats8 b, clast_floats8 c, clast_floats8 d)
+{
+    clast_floats8 ab = a * b, cd = c * d;
+    clast_floats8 rough = ab - cd;
+    clast_ints8 is_zero = rough == splat8(0.0f);
+    if (__builtin_expect(bits8(is_zero) != 0, 0)) {
+        rough = pick8(is_zero, product_error8(a, b, ab) - product_error8(c, d, cd), rough);
+    }
+    return rough;
+}
+
+// watertight_vertex for eight vertices.
+CLAST_LANES clast_points8 shear8(const clast_watertight_ray *ray, clast_points8 v)
+{
+    clast_floats8 x = v.x - splat8(ray->origin.v[0]), y = v.y - splat8(ray->origin.v[1]), z = v.z - splat8(ray->origin.v[2]);
+    clast_points8 turned = {x, y, z};
+    if (ray->axis == 0) {
+        turned = (clast_points8){y, z, x};
+    } else if (ray->axis == 1) {
+        turned = (clast_points8){z, x, y};
+    }
+    clast_floats8 scale = splat8(ray->scale);
+    return (clast_points8){(turned.x - splat8(ray->shear_x) * turned.z) * scale, (turned.y - splat8(ray->shear_y) * turned.z) * scale,
+                           turned.z * scale};
+}
+
+// A block's eight triangles: watertight_edges, watertight_passes, and the range. Gives true where the search is over.
+CLAST_LANES bool test_block(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block)
+{
+    clast_points8 a = shear8(&w->watertight, load_points8(clas->vertices, block->corners[0]));
+    clast_points8 b = shear8(&w->watertight, load_points8(clas->vertices, block->corners[1]));
+    clast_points8 c = shear8(&w->watertight, load_points8(clas->vertices, block->corners[2]));
+    clast_floats8 zero = splat8(0.0f);
+    clast_floats8 edge_a = signed_difference8(c.x, b.y, c.y, b.x);
+    clast_floats8 edge_b = signed_difference8(a.x, c.y, a.y, c.x);
+    clast_floats8 edge_c = signed_difference8(b.x, a.y, b.y, a.x);
+    clast_ints8 positive = (edge_a >= zero) & (edge_b >= zero) & (edge_c >= zero);
+    clast_ints8 negative = (edge_a <= zero) & (edge_b <= zero) & (edge_c <= zero);
+    clast_floats8 sum = (edge_a + edge_b) + edge_c;
+    clast_ints8 passes = (positive | negative) & (sum != zero);
+    if (bits8(passes) == 0) {
+        return false;
+    }
+    clast_floats8 depth = (edge_a * a.z + edge_b * b.z) + edge_c * c.z;
+    clast_floats8 t = depth / sum * splat8(w->along) * splat8(w->along_rest);
+    uint32_t bits = bits8(passes & (t >= splat8(w->ray->t_min)) & (t <= splat8(w->best.t)));
+    while (bits != 0) {
+        uint32_t lane = (uint32_t)__builtin_ctz(bits);
+        bits &= bits - 1;
+        if (t[lane] <= w->best.t &&
+            consider(w, slot, clas, block, lane, t[lane], edge_b[lane] / sum[lane], edge_c[lane] / sum[lane])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// The blocks of a cluster whose boxes the ray meets, the nearest first. Gives true where the search is over.
+CLAST_LANES bool test_cluster(traversal *w, uint32_t slot)
+{
+    const clast_clas *clas = clast_pool_slot(w->placement->blas->pool, slot);
+    stack_entry blocks[TEMPLATE_BLOCKS];
+    uint32_t count = 0;
+    for (uint32_t first = 0; first < clas->block_count; first += TREE_WIDTH) {
+        box_hits hits = test_boxes(&w->object, clas->lower, clas->exponents, &clas->groups[first / TREE_WIDTH], w->limit);
+        uint32_t left = clas->block_count - first;
+        uint32_t bits = hits.bits & (left < TREE_WIDTH ? (1u << left) - 1u : 0xffu);
+        while (bits != 0) {
+            uint32_t lane = (uint32_t)__builtin_ctz(bits);
+            bits &= bits - 1;
+            uint32_t place = count++;
+            for (; place > 0 && blocks[place - 1].near > hits.near[lane]; place--) {
+                blocks[place] = blocks[place - 1];
+            }
+            blocks[place] = (stack_entry){hits.near[lane], first + lane};
+        }
+    }
+    for (uint32_t i = 0; i < count && blocks[i].near <= w->limit; i++) {
+        if (test_block(w, slot, clas, &clas->topology->blocks[blocks[i].child])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// ---------------------------------------------------------------------------------------------------------------- trees
+
+// Gives true where the search is over.
+static bool traverse_blas(traversal *w)
+{
+    const clast_node *nodes = w->placement->blas->tree.nodes;
+    stack_entry stack[TREE_STACK];
+    uint32_t height = 1;
+    stack[0] = (stack_entry){-INFINITY, 0};
+    while (height > 0) {
+        stack_entry top = stack[--height];
+        if (top.near > w->limit) {
+            continue;
+        }
+        w->steps++;
+        if ((top.child & CLAST_CHILD_ITEM) != 0) {
+            if (test_cluster(w, top.child & ~CLAST_CHILD_ITEM)) {
+                return true;
+            }
+            continue;
+        }
+        const clast_node *node = &nodes[top.child];
+        box_hits hits = test_boxes(&w->object, node->lower, node->exponents, &node->boxes, w->limit);
+        height = push_children(stack, height, node->children, &hits, hits.bits & ((1u << node->child_count) - 1u));
+    }
+    return false;
+}
+
+// Brings the ray into an instance's object space. False where it cannot hit anything there.
+static bool enter_instance(traversal *w, const clast_placement *placement, const float direction[3], int exponent)
+{
+    float origin[3], turned[3];
+    float from[3];
+    for (int axis = 0; axis < 3; axis++) {
+        from[axis] = w->ray->origin[axis] - placement->origin[axis];
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        const float *row = placement->to_object[axis];
+        origin[axis] = row[0] * from[0] + row[1] * from[1] + row[2] * from[2];
+        turned[axis] = row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2];
+    }
+    clast_box box = placement->blas->tree.boxes[0];
+    float largest = largest_of(turned), reach = reach_of(origin, &box);
+    if (!(largest > 0.0f && largest <= FLT_MAX && reach < 2.0f * BOX_COORDINATE_MOST && is_sound_vertex(origin) &&
+          turned[0] + turned[1] + turned[2] == turned[0] + turned[1] + turned[2])) {
+        return false;
+    }
+    int own = exponent_of(largest);
+    for (int axis = 0; axis < 3; axis++) {
+        turned[axis] = scale_by(turned[axis], -own);
+    }
+    w->placement = placement;
+    w->object = make_space(origin, turned, exponent + own, reach, reach * PAD_OBJECT, w->ray->t_min);
+    w->limit = scale_by(w->best.t, w->object.exponent);
+    int scale = reach > 0.0f ? (int)WATERTIGHT_EXPONENT - exponent_of(reach) : 0;
+    scale = scale > 126 ? 126 : scale;
+    w->watertight = watertight_ray(vec3(origin[0], origin[1], origin[2]), vec3(turned[0], turned[1], turned[2]), two_to(scale));
+    int rest = -(exponent + own + scale), half = rest < -252 ? -126 : rest > 252 ? 126 : rest / 2;
+    rest = rest - half < -126 ? -126 : rest - half > 126 ? 126 : rest - half;
+    w->along = 1.0f / turned[w->watertight.axis] * two_to(half);
+    w->along_rest = two_to(rest);
+    return true;
+}
+
+// A ray that can hit something: all finite but t_max, a direction, a range.
+static bool is_valid_ray(const clast_ray *ray)
+{
+    float largest = largest_of(ray->direction);
+    return is_sound_vertex(ray->origin) && largest > 0.0f && largest <= FLT_MAX && ray->direction[0] == ray->direction[0] &&
+           ray->direction[1] == ray->direction[1] && ray->direction[2] == ray->direction[2] && fabsf(ray->t_min) <= FLT_MAX &&
+           ray->t_min <= ray->t_max;
+}
+
+CLAST_LANES void traverse(const clast_tlas *tlas, traversal *w)
+{
+    const clast_ray *ray = w->ray;
+    w->best = (clast_hit){.t = ray->t_max <= FLT_MAX ? ray->t_max : FLT_MAX, .instance = CLAST_NONE};
+    w->best_placement = NULL;
+    w->steps = 0;
+    if (tlas->tree.node_count == 0 || !is_valid_ray(ray)) {
+        return;
+    }
+    float direction[3];
+    int exponent = exponent_of(largest_of(ray->direction));
+    for (int axis = 0; axis < 3; axis++) {
+        direction[axis] = scale_by(ray->direction[axis], -exponent);
+    }
+    float reach = reach_of(ray->origin, &tlas->tree.boxes[0]);
+    space world = make_space(ray->origin, direction, exponent, reach, min1(reach * PAD_WORLD * tlas->spread, BOX_COORDINATE_MOST),
+                             ray->t_min);
+    float limit = scale_by(w->best.t, world.exponent);
+    stack_entry stack[TREE_STACK];
+    uint32_t height = 1;
+    stack[0] = (stack_entry){-INFINITY, 0};
+    while (height > 0) {
+        stack_entry top = stack[--height];
+        if (top.near > limit) {
+            continue;
+        }
+        if ((top.child & CLAST_CHILD_ITEM) != 0) {
+            const clast_placement *placement = &tlas->placements[top.child & ~CLAST_CHILD_ITEM];
+            if (enter_instance(w, placement, direction, exponent)) {
+                if (traverse_blas(w)) {
+                    return;
+                }
+                limit = scale_by(w->best.t, world.exponent);
+            }
+            continue;
+        }
+        w->steps++;
+        const clast_node *node = &tlas->tree.nodes[top.child];
+        box_hits hits = test_boxes(&world, node->lower, node->exponents, &node->boxes, limit);
+        height = push_children(stack, height, node->children, &hits, hits.bits & ((1u << node->child_count) - 1u));
+    }
+}
+
+// -------------------------------------------------------------------------------------------------------------- results
+
+// A vector in the world, scaled by a power of two so that its largest component is in [1, 2): products of two neither
+// overflow nor vanish.
+static vec3 world_edge(const clast_placement *placement, const float *from, const float *to)
+{
+    float edge[3], world[3];
+    for (int axis = 0; axis < 3; axis++) {
+        edge[axis] = to[axis] - from[axis];
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        const float *row = placement->to_world[axis];
+        world[axis] = row[0] * edge[0] + row[1] * edge[1] + row[2] * edge[2];
+    }
+    float largest = largest_of(world);
+    int exponent = largest > 0.0f && largest <= FLT_MAX ? exponent_of(largest) : 0;
+    return vec3(scale_by(world[0], -exponent), scale_by(world[1], -exponent), scale_by(world[2], -exponent));
+}
+
+static void store_normal(traversal *w)
+{
+    const clast_placement *placement = w->best_placement;
+    const float *vertices = clast_pool_slot(placement->blas->pool, w->best.cluster)->vertices;
+    const float *corners[3];
+    for (uint32_t corner = 0; corner < 3; corner++) {
+        corners[corner] = vertices + 3 * (uint32_t)w->best_block->corners[corner][w->best_lane];
+    }
+    vec3 normal = cross3(world_edge(placement, corners[0], corners[1]), world_edge(placement, corners[0], corners[2]));
+    for (int axis = 0; axis < 3; axis++) {
+        w->best.normal[axis] = placement->mirrored ? -normal[axis] : normal[axis];
+    }
+}
+
+void CLAST_KERNEL(clast_closest)(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
+                                 clast_hit *hits)
+{
+    for (size_t i = 0; i < count; i++) {
+        traversal w = {.ray = &rays[i], .filter = filter, .any = false};
+        traverse(tlas, &w);
+        if (w.best_placement != NULL) {
+            store_normal(&w);
+        }
+        w.best.steps = w.steps;
+        hits[i] = w.best;
+    }
+}
+
+void CLAST_KERNEL(clast_any)(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
+                             uint8_t *occluded)
+{
+    for (size_t i = 0; i < count; i++) {
+        traversal w = {.ray = &rays[i], .filter = filter, .any = true};
+        traverse(tlas, &w);
+        occluded[i] = w.best_placement != NULL;
+    }
+}
