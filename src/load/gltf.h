@@ -184,10 +184,10 @@ bool clast_gltf_open_accessor(clast_gltf *gltf, const clast_gltf_value *user, ui
 // True where it has one of these component types and `rows` x `columns`; fails otherwise.
 bool clast_gltf_accessor_is(clast_gltf *gltf, const clast_gltf_value *user, const clast_gltf_accessor *accessor,
                             uint32_t components, uint32_t columns, uint32_t rows);
-// All elements as floats: count * columns * rows of them. Normalised ones by section 3.6.2.2.
-void clast_gltf_read_floats(const clast_gltf_accessor *accessor, float *floats);
-// The same for what a value names, in a new block; null on failure. `*count` is what is expected, or 0 for any; it is
-// set.
+// Elements [first, first + count) as floats: count * columns * rows of them. Normalised ones by section 3.6.2.2.
+void clast_gltf_read_floats(const clast_gltf_accessor *accessor, uint64_t first, uint64_t count, float *floats);
+// All elements of the accessor that a value names, in a new block; null on failure. `*count` is what is expected, or
+// 0 for any; it is set.
 float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uint32_t components, uint32_t columns,
                              uint32_t rows, uint64_t *count);
 // All elements of an unsigned type as integers.

@@ -133,6 +133,11 @@ static uint32_t read_unsigned(const unsigned char *bytes, uint32_t size)
     }
 }
 
+static uint32_t read_sparse_index(const clast_gltf_accessor *accessor, size_t i)
+{
+    return read_unsigned(accessor->sparse_indices.data + i * accessor->sparse_index_size, accessor->sparse_index_size);
+}
+
 // Each index must be above the one before and below the count (section 3.6.2.3).
 static bool check_sparse_indices(clast_gltf *gltf, const clast_gltf_value *place, const clast_gltf_accessor *accessor)
 {
@@ -278,20 +283,22 @@ static void read_element(const clast_gltf_accessor *accessor, const unsigned cha
     }
 }
 
-void clast_gltf_read_floats(const clast_gltf_accessor *accessor, float *floats)
+void clast_gltf_read_floats(const clast_gltf_accessor *accessor, uint64_t first, uint64_t count, float *floats)
 {
     size_t components = (size_t)accessor->columns * accessor->rows;
     if (accessor->buffer == CLAST_NONE) {
-        memset(floats, 0, accessor->count * components * sizeof *floats);
+        memset(floats, 0, count * components * sizeof *floats);
     } else {
-        for (size_t i = 0; i < accessor->count; i++) {
-            read_element(accessor, accessor->bytes.data + i * accessor->stride, floats + i * components);
+        for (size_t i = 0; i < count; i++) {
+            read_element(accessor, accessor->bytes.data + (first + i) * accessor->stride, floats + i * components);
         }
     }
     for (size_t i = 0; i < accessor->sparse_count; i++) {
-        size_t index = read_unsigned(accessor->sparse_indices.data + i * accessor->sparse_index_size,
-                                     accessor->sparse_index_size);
-        read_element(accessor, accessor->sparse_values.data + i * accessor->element_size, floats + index * components);
+        uint64_t index = read_sparse_index(accessor, i);
+        if (index >= first && index - first < count) {
+            read_element(accessor, accessor->sparse_values.data + i * accessor->element_size,
+                         floats + (index - first) * components);
+        }
     }
 }
 
@@ -315,7 +322,7 @@ float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uin
         clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
         return NULL;
     }
-    clast_gltf_read_floats(&accessor, floats);
+    clast_gltf_read_floats(&accessor, 0, accessor.count, floats);
     return floats;
 }
 

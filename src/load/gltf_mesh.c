@@ -13,9 +13,12 @@ enum { CHECK_GRAIN = 65536, MODE_TRIANGLES = 4, MODE_STRIP = 5, MODE_FAN = 6 };
 #define SIGNED (CLAST_GLTF_BIT(CLAST_GLTF_BYTE) | CLAST_GLTF_BIT(CLAST_GLTF_SHORT))
 #define UNSIGNED (CLAST_GLTF_BIT(CLAST_GLTF_UNSIGNED_BYTE) | CLAST_GLTF_BIT(CLAST_GLTF_UNSIGNED_SHORT))
 
-// A mesh in the making; its blocks are the scene's once it has been adopted.
+// A mesh in the making; its blocks are the scene's once it has been adopted. Its vertices are a window of the
+// accessors' elements: files often share long accessors among many primitives.
 typedef struct primitive {
     clast_mesh mesh;
+    uint32_t first_vertex;
+    uint32_t all_vertices; // elements of each accessor
     void *blocks[10];
     uint32_t block_count;
 } primitive;
@@ -45,16 +48,16 @@ static void drop_block(clast_gltf *gltf, primitive *made, const void *array)
 
 // An array that may be written to: itself where it is a block, a copy where it lies in a file. Null for null, or on
 // failure.
-static float *writable(clast_gltf *gltf, primitive *made, const float *array, size_t count)
+static void *writable(clast_gltf *gltf, primitive *made, const void *array, size_t count, size_t size)
 {
     for (uint32_t i = 0; i < made->block_count; i++) {
         if (made->blocks[i] == array) {
             return made->blocks[i];
         }
     }
-    float *block = array != NULL ? add_block(gltf, made, count, sizeof *block) : NULL;
+    void *block = array != NULL ? add_block(gltf, made, count, size) : NULL;
     if (block != NULL) {
-        memcpy(block, array, count * sizeof *block);
+        memcpy(block, array, count * size);
     }
     return block;
 }
@@ -107,21 +110,21 @@ static void check_indices(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-static bool all_finite(clast_gltf *gltf, const clast_gltf_value *place, const float *floats, size_t count,
+static bool all_finite(clast_gltf *gltf, const clast_gltf_value *place, const primitive *made, const float *floats,
                        uint32_t width)
 {
     check_job job = {.floats = floats};
     atomic_init(&job.first_wrong, SIZE_MAX);
-    clast_parallel_for(gltf->context, count * width, CHECK_GRAIN, check_floats, &job);
+    clast_parallel_for(gltf->context, (size_t)made->mesh.vertex_count * width, CHECK_GRAIN, check_floats, &job);
     size_t wrong = job.first_wrong;
-    return wrong == SIZE_MAX ||
-           clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "vertex %zu is not finite", wrong / width);
+    return wrong == SIZE_MAX || clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "vertex %zu is not finite",
+                                                made->first_vertex + wrong / width);
 }
 
 // ---------------------------------------------------------------------------------------------------------- attributes
 
 // An attribute's accessor, checked; false where the primitive has none, or on failure.
-static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, const clast_mesh *mesh,
+static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, const primitive *made,
                            clast_gltf_accessor *accessor)
 {
     if (place->json == NULL) {
@@ -131,10 +134,10 @@ static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, cons
     if (index == CLAST_NONE || !clast_gltf_open_accessor(gltf, place, index, accessor)) {
         return false;
     }
-    return mesh->positions == NULL || accessor->count == mesh->vertex_count ||
+    return accessor->count == made->all_vertices ||
            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
                            "%llu elements: expected one for each of the %u vertices",
-                           (unsigned long long)accessor->count, mesh->vertex_count);
+                           (unsigned long long)accessor->count, made->all_vertices);
 }
 
 // An attribute as floats, in place where it can be; null where there is none, or on failure.
@@ -142,33 +145,29 @@ static const float *read_attribute(clast_gltf *gltf, primitive *made, const clas
                                    uint32_t components, uint32_t rows)
 {
     clast_gltf_accessor accessor;
-    if (!open_attribute(gltf, place, &made->mesh, &accessor) ||
+    if (!open_attribute(gltf, place, made, &accessor) ||
         !clast_gltf_accessor_is(gltf, place, &accessor, components, 1, rows)) {
         return NULL;
     }
-    const float *floats = accessor.component == CLAST_GLTF_FLOAT ? clast_gltf_borrow(gltf, &accessor) : NULL;
+    size_t first = made->first_vertex, count = made->mesh.vertex_count;
+    const float *whole = accessor.component == CLAST_GLTF_FLOAT ? clast_gltf_borrow(gltf, &accessor) : NULL;
+    const float *floats = whole != NULL ? whole + first * rows : NULL;
     if (floats == NULL && clast_gltf_ok(gltf)) {
-        float *block = add_block(gltf, made, accessor.count, rows * sizeof *block);
+        float *block = add_block(gltf, made, count, rows * sizeof *block);
         if (block == NULL) {
             return NULL;
         }
-        clast_gltf_read_floats(&accessor, block);
+        clast_gltf_read_floats(&accessor, first, count, block);
         floats = block;
     }
-    if (!clast_gltf_ok(gltf) || !all_finite(gltf, place, floats, accessor.count, rows)) {
-        return NULL;
-    }
-    if (made->mesh.positions == NULL) {
-        made->mesh.vertex_count = (uint32_t)accessor.count;
-    }
-    return floats;
+    return clast_gltf_ok(gltf) && all_finite(gltf, place, made, floats, rows) ? floats : NULL;
 }
 
 // Vertex colours come as RGB or RGBA, and integers are normalised whatever the flag says (section 3.7.2.1).
 static const float *read_colours(clast_gltf *gltf, primitive *made, const clast_gltf_value *place)
 {
     clast_gltf_accessor accessor;
-    if (!open_attribute(gltf, place, &made->mesh, &accessor)) {
+    if (!open_attribute(gltf, place, made, &accessor)) {
         return NULL;
     }
     uint32_t rows = accessor.columns == 1 && accessor.rows == 3 ? 3 : 4;
@@ -179,16 +178,17 @@ static const float *read_colours(clast_gltf *gltf, primitive *made, const clast_
         return read_attribute(gltf, made, place, FLOAT, 4);
     }
     accessor.normalised = true;
-    float *colours = add_block(gltf, made, accessor.count, 4 * sizeof *colours);
+    size_t count = made->mesh.vertex_count;
+    float *colours = add_block(gltf, made, count, 4 * sizeof *colours);
     if (colours == NULL) {
         return NULL;
     }
-    clast_gltf_read_floats(&accessor, colours);
-    for (size_t i = rows == 3 ? accessor.count : 0; i-- > 0;) { // spread in place, from the end
+    clast_gltf_read_floats(&accessor, made->first_vertex, count, colours);
+    for (size_t i = rows == 3 ? count : 0; i-- > 0;) { // spread in place, from the end
         memmove(colours + 4 * i, colours + 3 * i, 3 * sizeof *colours);
         colours[4 * i + 3] = 1.0f;
     }
-    return all_finite(gltf, place, colours, accessor.count, 4) ? colours : NULL;
+    return all_finite(gltf, place, made, colours, 4) ? colours : NULL;
 }
 
 typedef struct length_job {
@@ -341,6 +341,33 @@ static void read_triangles(clast_gltf *gltf, primitive *made, const clast_gltf_v
     made->mesh.indices = indices;
 }
 
+// Keeps only the range of vertices that the triangles use, where that is much less than there are.
+static void narrow(clast_gltf *gltf, primitive *made)
+{
+    clast_mesh *mesh = &made->mesh;
+    size_t count = 3 * (size_t)mesh->triangle_count;
+    uint32_t least = UINT32_MAX, most = 0;
+    for (size_t i = 0; i < count; i++) {
+        least = mesh->indices[i] < least ? mesh->indices[i] : least;
+        most = mesh->indices[i] > most ? mesh->indices[i] : most;
+    }
+    if (count == 0 || most - least >= made->all_vertices / 2) {
+        return;
+    }
+    if (least > 0) {
+        uint32_t *indices = writable(gltf, made, mesh->indices, count, sizeof *indices);
+        if (indices == NULL) {
+            return;
+        }
+        for (size_t i = 0; i < count; i++) {
+            indices[i] -= least;
+        }
+        mesh->indices = indices;
+    }
+    made->first_vertex = least;
+    mesh->vertex_count = most - least + 1;
+}
+
 // ---------------------------------------------------------------------------------------------------------- primitives
 
 static void read_coordinates(clast_gltf *gltf, primitive *made, const clast_gltf_value *attributes,
@@ -374,31 +401,52 @@ static void derive_tangents(clast_gltf *gltf, primitive *made, const clast_gltf_
     made->mesh.tangents = tangents;
 }
 
-// Moves the vertices by morph targets and joints, where there are any.
-static void pose_vertices(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, const clast_gltf_pose *pose)
+static bool has_morph(const clast_gltf_pose *pose)
 {
     bool has_weights = false;
     for (size_t i = 0; i < pose->weight_count; i++) {
         has_weights |= pose->weights[i] != 0.0f;
     }
-    if (!has_weights && pose->joints == NULL) {
-        return;
-    }
+    return has_weights;
+}
+
+// Moves the vertices by morph targets and joints.
+static void pose_vertices(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, const clast_gltf_pose *pose)
+{
+    bool has_weights = has_morph(pose);
     clast_mesh *mesh = &made->mesh;
     size_t count = mesh->vertex_count;
-    float *positions = writable(gltf, made, mesh->positions, 3 * count);
-    float *normals = clast_gltf_ok(gltf) ? writable(gltf, made, mesh->normals, 3 * count) : NULL;
-    float *tangents = clast_gltf_ok(gltf) ? writable(gltf, made, mesh->tangents, 4 * count) : NULL;
+    float *positions = writable(gltf, made, mesh->positions, count, 3 * sizeof *positions);
+    float *normals = clast_gltf_ok(gltf) ? writable(gltf, made, mesh->normals, count, 3 * sizeof *normals) : NULL;
+    float *tangents = clast_gltf_ok(gltf) ? writable(gltf, made, mesh->tangents, count, 4 * sizeof *tangents) : NULL;
     mesh->positions = positions;
     mesh->normals = normals;
     mesh->tangents = tangents;
     bool is_posed = clast_gltf_ok(gltf) &&
                     (!has_weights || clast_gltf_morph(gltf, value, pose, mesh, positions, normals, tangents)) &&
                     (pose->joints == NULL || clast_gltf_skin(gltf, value, pose, mesh, positions, normals, tangents));
-    if (is_posed && all_finite(gltf, value, positions, count, 3) &&
-        (normals == NULL || all_finite(gltf, value, normals, count, 3)) && tangents != NULL) {
-        all_finite(gltf, value, tangents, count, 4);
+    if (is_posed && all_finite(gltf, value, made, positions, 3) &&
+        (normals == NULL || all_finite(gltf, value, made, normals, 3)) && tangents != NULL) {
+        all_finite(gltf, value, made, tangents, 4);
     }
+}
+
+// The triangles, and the window of vertices that they use. Vertices that are to be moved are not narrowed: targets
+// and joints go by the accessors' numbers.
+static bool read_topology(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, uint32_t mode,
+                          const clast_gltf_value *positions, bool is_posed)
+{
+    clast_gltf_accessor accessor;
+    uint32_t index = clast_gltf_value_index(gltf, positions, CLAST_GLTF_ACCESSORS);
+    if (index == CLAST_NONE || !clast_gltf_open_accessor(gltf, positions, index, &accessor)) {
+        return false;
+    }
+    made->all_vertices = made->mesh.vertex_count = (uint32_t)accessor.count;
+    read_triangles(gltf, made, value, mode);
+    if (clast_gltf_ok(gltf) && !is_posed) {
+        narrow(gltf, made);
+    }
+    return clast_gltf_ok(gltf);
 }
 
 static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, uint32_t mode,
@@ -406,13 +454,16 @@ static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_valu
 {
     clast_gltf_value attributes = clast_gltf_object(gltf, value, "attributes");
     clast_gltf_value positions = clast_gltf_member(&attributes, "POSITION");
-    // The core rules say floats; KHR_mesh_quantization adds the rest.
-    made->mesh.positions = read_attribute(gltf, made, &positions, FLOAT | SIGNED | UNSIGNED, 3);
-    if (made->mesh.positions == NULL) {
+    bool is_posed = pose->joints != NULL || has_morph(pose);
+    if (!read_topology(gltf, made, value, mode, &positions, is_posed)) {
         return;
     }
+    // The core rules say floats; KHR_mesh_quantization adds the rest.
+    made->mesh.positions = read_attribute(gltf, made, &positions, FLOAT | SIGNED | UNSIGNED, 3);
     clast_gltf_value normals = clast_gltf_member(&attributes, "NORMAL");
-    made->mesh.normals = read_attribute(gltf, made, &normals, FLOAT | SIGNED, 3);
+    if (clast_gltf_ok(gltf)) {
+        made->mesh.normals = read_attribute(gltf, made, &normals, FLOAT | SIGNED, 3);
+    }
     if (made->mesh.normals != NULL) { // tangents without normals are to be ignored (section 3.7.2.1)
         clast_gltf_value tangents = clast_gltf_member(&attributes, "TANGENT");
         made->mesh.tangents = read_attribute(gltf, made, &tangents, FLOAT | SIGNED, 4);
@@ -422,10 +473,7 @@ static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_valu
     if (clast_gltf_ok(gltf)) {
         made->mesh.colours = read_colours(gltf, made, &colours);
     }
-    if (clast_gltf_ok(gltf)) {
-        read_triangles(gltf, made, value, mode);
-    }
-    if (clast_gltf_ok(gltf)) {
+    if (clast_gltf_ok(gltf) && is_posed) {
         pose_vertices(gltf, made, value, pose);
     }
     if (clast_gltf_ok(gltf) && made->mesh.normals != NULL) {

@@ -457,6 +457,40 @@ static void each_primitive_is_a_geometry_shared_by_the_nodes(void **state)
     assert_int_equal(f->scene->file_count, 1);
 }
 
+static void a_primitive_keeps_its_part_of_a_long_accessor(void **state)
+{
+    fixture *f = *state;
+    static struct {
+        float positions[100][3];
+        uint16_t lists[2][3];
+    } data = {.lists = {{50, 51, 53}, {0, 1, 2}}};
+    for (int i = 0; i < 100; i++) {
+        data.positions[i][0] = (float)i;
+        data.positions[i][1] = (float)(i * i % 7);
+    }
+    memory_files_put(&f->files, "data.bin", &data, sizeof data);
+    const char *text =
+        "{" ASSET "," NODE "," BUFFER(1212) ",'bufferViews':[" WHOLE_VIEW(1212) "],'accessors':[" ACCESSOR(
+            0, 5126, 100,
+            "VEC3") ",{'bufferView':0,'byteOffset':1200,'componentType':5123,'count':3,'type':'SCALAR'},"
+                    "{'bufferView':0,'byteOffset':1206,'componentType':5123,'count':3,'type':'SCALAR'},"
+                    "{'componentType':5126,'count':100,'type':'VEC2','sparse':{'count':1,'indices':{'bufferView':0,"
+                    "'byteOffset':1204,'componentType':5123},'values':{'bufferView':0,'byteOffset':600}}}],"
+                    "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':3},'indices':1},"
+                    "{'attributes':{'POSITION':0},'indices':2}]}]}";
+    assert_loads(f, text);
+    assert_int_equal(mesh_of(f, 0)->vertex_count, 4);
+    assert_indices(mesh_of(f, 0)->indices, (uint32_t[]){0, 1, 3}, 3);
+    assert_floats(mesh_of(f, 0)->positions, data.positions[50], 12, 0.0f);
+    assert_floats(mesh_of(f, 0)->coordinates[0], (float[]){0, 0, 0, 0, 0, 0, 50, (float)(50 * 50 % 7)}, 8, 0.0f);
+    assert_int_equal(mesh_of(f, 1)->vertex_count, 3);
+    assert_floats(mesh_of(f, 1)->positions, data.positions[0], 9, 0.0f);
+    const char *begin = f->scene->files[0].data;
+    assert_ptr_equal(mesh_of(f, 0)->positions, begin + 50 * 12); // still in place
+    data.positions[52][1] = NAN;
+    assert_refused(f, text, CLAST_ERROR_MALFORMED, "attributes.POSITION: vertex 52 is not finite");
+}
+
 static void meshes_without_primitives_are_refused(void **state)
 {
     fixture *f = *state;
@@ -509,6 +543,7 @@ int main(void)
         GLTF_TEST(indices_out_of_range_are_refused),
         GLTF_TEST(the_restart_value_is_refused_where_there_is_such_a_vertex),
         GLTF_TEST(each_primitive_is_a_geometry_shared_by_the_nodes),
+        GLTF_TEST(a_primitive_keeps_its_part_of_a_long_accessor),
         GLTF_TEST(meshes_without_primitives_are_refused),
         GLTF_TEST(a_compressed_primitive_without_bytes_names_its_extension),
     };
