@@ -16,7 +16,7 @@ enum {
 };
 
 // How much a cluster more than needed costs, in areas of the box that is cut.
-#define EXTRA_CLUSTER 1.0f
+#define EXTRA_CLUSTER 0.5f
 // A group whose triangles have fewer corners of their own than this, in proportion to the limits, is never stopped by the
 // limit of vertices; its sweeps need not count them.
 #define VERTICES_MATTER 0.75f
@@ -60,6 +60,18 @@ static void fill_table(float *table, uint32_t count, uint32_t most)
 {
     for (uint32_t i = 0; i < count; i++) {
         table[i] = (float)((i + most - 1) / most);
+    }
+}
+
+// How many clusters a part of so many vertices needs. Cut a connected sheet in two, and the vertices along the cut count
+// twice: a round piece of v vertices has about 4 sqrt(v) along its rim, each shared by two pieces, so k full pieces hold
+// k V = v + 2 k sqrt(V) - 2 sqrt(v) of them. `sharing` is 1 for such a sheet, 0 for triangles that share nothing.
+static void fill_vertex_table(group *g, uint32_t count, uint32_t most, float sharing)
+{
+    float full = (float)most - 2.0f * sharing * sqrtf((float)most);
+    for (uint32_t i = 0; i < count; i++) {
+        float pieces = ((float)i - 2.0f * sharing * sqrtf((float)i)) / full;
+        g->vertex_clusters[i] = i <= most ? (float)(i != 0) : pieces <= 2.0f ? 2.0f : ceilf(pieces);
     }
 }
 
@@ -360,6 +372,58 @@ static void cut_clusters(group *g, uint32_t count)
     }
 }
 
+// ---------------------------------------------------------------------------------------------------------- joining
+
+static float area_of(const group *g, const part *p)
+{
+    lanes lower = box_none_lower(), upper = box_none_upper();
+    for (uint32_t i = p->begin; i < (uint32_t)p->begin + p->count; i++) {
+        lower = lanes_min(lower, g->lower[g->order[0][i]]);
+        upper = lanes_max(upper, g->upper[g->order[0][i]]);
+    }
+    return box_half_area(lower, upper);
+}
+
+// Makes one sorted run of two that follow each other.
+static void merge_runs(group *g, uint32_t axis, uint32_t begin, uint32_t middle, uint32_t end)
+{
+    uint16_t *order = g->order[axis];
+    const uint16_t *keys = g->keys[axis];
+    uint32_t left = begin, right = middle;
+    for (uint32_t i = 0; i < end - begin; i++) {
+        bool from_left = right == end || (left < middle && keys[order[left]] <= keys[order[right]]);
+        g->kept[i] = order[from_left ? left++ : right++];
+    }
+    memcpy(order + begin, g->kept, (end - begin) * sizeof *order);
+}
+
+// Joins `next` to `last` where the limits allow it and it costs no more than keeping them apart.
+static bool join(group *g, part *last, const part *next)
+{
+    part both = {last->begin, (uint16_t)(last->count + next->count), false};
+    if (both.count > g->limits.triangles || count_vertices(g, both.begin, both.count) > g->limits.vertices ||
+        area_of(g, &both) * (1.0f - EXTRA_CLUSTER) > area_of(g, last) + area_of(g, next)) {
+        return false;
+    }
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        merge_runs(g, axis, both.begin, next->begin, (uint32_t)both.begin + both.count);
+    }
+    *last = both;
+    return true;
+}
+
+// A cut foresees only roughly how many clusters its sides will need: neighbours may be left that fit into one.
+static void join_neighbours(group *g)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 1; i < g->cluster_count; i++) {
+        if (!join(g, &g->clusters[kept], &g->clusters[i])) {
+            g->clusters[++kept] = g->clusters[i];
+        }
+    }
+    g->cluster_count = kept + 1;
+}
+
 // Orders a cluster's triangles so that each block of them is compact.
 static void order_blocks(group *g, const part *cluster)
 {
@@ -400,7 +464,6 @@ static void prepare(group *g, const cut_limits *limits)
     g->limits = *limits;
     if (g->table_limits.triangles != limits->triangles || g->table_limits.vertices != limits->vertices) {
         fill_table(g->triangle_clusters, CUT_GROUP_MOST + 1, limits->triangles);
-        fill_table(g->vertex_clusters, CORNERS_MOST + 1, limits->vertices);
         g->table_limits = *limits;
     }
 }
@@ -411,7 +474,10 @@ void clast_group_cut(group *g, const group_job *job, uint32_t begin, uint32_t co
     load_boxes(g, job->boxes + begin, count);
     uint32_t different = number_corners(g, job, begin, count);
     g->vertices_matter = (float)different * (float)g->limits.triangles > VERTICES_MATTER * (float)count * (float)g->limits.vertices;
+    float sharing = ((float)count / (float)different - 1.0f) / 0.9f;
+    fill_vertex_table(g, different + 1, g->limits.vertices, sharing < 0.0f ? 0.0f : sharing > 1.0f ? 1.0f : sharing);
     cut_clusters(g, count);
+    join_neighbours(g);
     uint32_t *numbers = g->sorted[0]; // free since load_boxes
     for (uint32_t i = 0; i < count; i++) {
         numbers[i] = job->boxes[begin + i].lower.number;
