@@ -262,10 +262,10 @@ static void a_frame_does_not_depend_on_what_was_made_before(void **state)
     stage_close(&s);
 }
 
-static clast_frame *build_on_threads(uint32_t threads, stage *s)
+static clast_frame *build_on(uint32_t threads, clast_isa isa, stage *s)
 {
     clast_context *context;
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = threads}, &context), CLAST_OK);
+    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = threads, .isa = isa}, &context), CLAST_OK);
     *s = stage_open(context);
     shape_add_instance(context, s->scene, shape_add_wave(context, s->scene, 40), 0, 0, 0, 1);
     shape_add_instance(context, s->scene, shape_add_sphere(context, s->scene, 200, 100), 0, 1, 0, 1);
@@ -275,11 +275,11 @@ static clast_frame *build_on_threads(uint32_t threads, stage *s)
     return s->frame;
 }
 
-static void threads_do_not_matter(void **state)
+static void threads_and_instruction_sets_do_not_matter(void **state)
 {
     (void)state;
     stage one, five;
-    compare_frames(build_on_threads(1, &one), build_on_threads(5, &five));
+    compare_frames(build_on(1, CLAST_ISA_PLAIN, &one), build_on(5, CLAST_ISA_AUTOMATIC, &five));
     clast_context *contexts[2] = {one.context, five.context};
     stage_close(&one);
     stage_close(&five);
@@ -401,7 +401,7 @@ int main(void)
         CONTEXT_TEST(units_that_did_not_change_keep_all_they_have),
         CONTEXT_TEST(moved_vertices_are_hit_where_they_are),
         CONTEXT_TEST(a_frame_does_not_depend_on_what_was_made_before),
-        cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(threads_and_instruction_sets_do_not_matter),
         CONTEXT_TEST(passes_are_timed_and_missing_ones_refused),
         CONTEXT_TEST(an_instance_of_what_is_not_cooked_is_refused),
         CONTEXT_TEST(only_what_has_alpha_goes_to_the_filter),
