@@ -3,7 +3,10 @@
 // unit is adapted.
 #include <math.h>
 
+#include "base/thread.h"
 #include "frame/backend.h"
+
+enum { INSTANCE_GRAIN = 1024 };
 
 // ---------------------------------------------------------------------------------------------------------- animate
 
@@ -246,11 +249,20 @@ typedef struct unit_view {
     float pixels;
 } unit_view;
 
-static void look_at_instance(clast_frame *frame, clast_frame_instance *instance, unit_view *view)
+static void classify_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    clast_frame *frame = data;
+    for (size_t i = begin; i < end; i++) {
+        clast_frame_instance *instance = &frame->instances[i];
+        instance->bounds = transform_box(&instance->to_world, &frame->units[instance->unit].bounds);
+        instance->hidden = outside_camera(&frame->settings.camera, &instance->bounds);
+    }
+}
+
+static void look_at_instance(const clast_frame *frame, const clast_frame_instance *instance, unit_view *view)
 {
     const clast_box *box = &frame->units[instance->unit].bounds;
-    instance->bounds = transform_box(&instance->to_world, box);
-    instance->hidden = outside_camera(&frame->settings.camera, &instance->bounds);
     float pixels = 0.0f;
     vec3 eye = eye_of(frame, &instance->bounds, &pixels);
     nearness here = box_is_empty(box) ? (nearness){.eye = eye} : nearness_of(instance, box, eye);
@@ -285,6 +297,7 @@ clast_status clast_cpu_classify(clast_frame *frame, void *target)
     if (views == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
+    clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, classify_range, frame);
     for (size_t i = 0; i < frame->instance_count; i++) {
         look_at_instance(frame, &frame->instances[i], &views[frame->instances[i].unit]);
     }
