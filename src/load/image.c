@@ -160,6 +160,22 @@ clast_status clast_image_write(clast_context *context, const char *path, const c
     return status;
 }
 
+static bool share_a_channel(const clast_image_layer *a, const clast_image_layer *b)
+{
+    return strcmp(a->name, b->name) == 0 && strpbrk(a->channels, b->channels) != NULL;
+}
+
+static bool has_a_channel_twice(const clast_image_layer *layer)
+{
+    for (const char *c = layer->channels; *c != '\0'; c++) {
+        if (strchr(c + 1, *c) != NULL) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Channels must have different names: the EXR library does not come back from two of one name.
 static bool layers_are_valid(const clast_image_layer *layers, size_t count)
 {
     if (layers == NULL || count == 0 || count > 256) {
@@ -168,8 +184,13 @@ static bool layers_are_valid(const clast_image_layer *layers, size_t count)
     for (size_t i = 0; i < count; i++) {
         size_t channels = layers[i].channels != NULL ? strlen(layers[i].channels) : 0;
         if (layers[i].pixels == NULL || channels == 0 || channels > 16 || layers[i].name == NULL ||
-            strlen(layers[i].name) > 200) {
+            strlen(layers[i].name) > 200 || has_a_channel_twice(&layers[i])) {
             return false;
+        }
+        for (size_t k = 0; k < i; k++) {
+            if (share_a_channel(&layers[i], &layers[k])) {
+                return false;
+            }
         }
     }
     return true;
