@@ -30,10 +30,21 @@ static void cmyk_to_rgb(const unsigned char *cmyk, size_t count, bool inverted, 
     }
 }
 
-// Stray bytes between segments harm nothing; any other warning means that part of the picture is guessed.
-static bool is_harmless(tjhandle handle)
+static bool ends_whole(clast_bytes bytes)
 {
-    return tjGetErrorCode(handle) == TJERR_WARNING && strstr(tjGetErrorStr2(handle), "extraneous bytes") != NULL;
+    uint64_t end = bytes.size;
+    while (end > 0 && bytes.data[end - 1] == 0) { // padding
+        end--;
+    }
+    return end >= 2 && bytes.data[end - 2] == 0xff && bytes.data[end - 1] == 0xd9;
+}
+
+// Stray bytes between segments harm nothing; any other warning means that part of the picture is guessed. The library keeps
+// the first warning only, so a file with stray bytes must also be seen to be whole.
+static bool is_harmless(tjhandle handle, clast_bytes bytes)
+{
+    return tjGetErrorCode(handle) == TJERR_WARNING && strstr(tjGetErrorStr2(handle), "extraneous bytes") != NULL &&
+           ends_whole(bytes);
 }
 
 static clast_status decompress(clast_context *context, const char *name, tjhandle handle, clast_bytes bytes,
@@ -43,7 +54,7 @@ static clast_status decompress(clast_context *context, const char *name, tjhandl
                       format, TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS) == 0) {
         return CLAST_OK;
     }
-    if (is_harmless(handle)) {
+    if (is_harmless(handle, bytes)) {
         clast_log(context, CLAST_LOG_WARNING, "%s: JPEG: %s", name, tjGetErrorStr2(handle));
         return CLAST_OK;
     }
@@ -71,7 +82,7 @@ static clast_status decode(clast_context *context, const char *name, tjhandle ha
 {
     int width = 0, height = 0, sampling = 0, space = 0;
     if (tjDecompressHeader3(handle, bytes.data, (unsigned long)bytes.size, &width, &height, &sampling, &space) != 0 &&
-        !is_harmless(handle)) {
+        !is_harmless(handle, bytes)) {
         return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: JPEG: %s", name, tjGetErrorStr2(handle));
     }
     uint32_t channels = space == TJCS_GRAY ? 1 : 3;
