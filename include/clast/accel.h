@@ -11,6 +11,8 @@
  * watertight: a ray cannot pass between triangles that share an edge (Woop, Benthin and Wald, Watertight Ray/Triangle
  * Intersection, JCGT 2(1), 2013). Results do not depend on the number of threads or the instruction set.
  *
+ * Coordinates, of vertices, of rays and in the world, larger than 2^120 (1.3e36) in size count as not finite.
+ *
  * Objects are edited by one call at a time; rays may be traced by any number of threads while nothing is edited.
  */
 #ifndef CLAST_ACCEL_H
@@ -35,7 +37,9 @@ typedef struct clast_ray {
 typedef struct clast_hit {
     float t;
     float u, v;        /**< weights of the triangle's second and third corner */
-    float normal[3];   /**< cross product of the triangle's edges in world space: not normalised, the counter-clockwise side */
+    float normal[3];   /**< perpendicular to the triangle in world space, of any length. It points to the side from which the
+                            triangle is seen counter-clockwise in object space, through mirroring transforms too: what is
+                            the front there stays the front, as glTF 2.0 has it */
     uint32_t instance; /**< clast_tlas_instance.id */
     uint32_t cluster;  /**< slot in the instance's BLAS's pool */
     uint32_t triangle; /**< triangle of the template, in the order in which it was given */
@@ -94,7 +98,8 @@ typedef struct clast_clas_input {
 /** Makes an empty pool over a set's templates. The set must outlive it. */
 CLAST_API clast_status clast_clas_pool_create(clast_template_set *set, clast_clas_pool **pool);
 CLAST_API void clast_clas_pool_destroy(clast_clas_pool *pool);
-/** Makes room for `count` slots; afterwards instantiating that many allocates nothing. */
+/** Makes room for `count` slots of any templates that the set has now; afterwards instantiating that many of them allocates
+ *  nothing. */
 CLAST_API clast_status clast_clas_pool_reserve(clast_clas_pool *pool, size_t count);
 /** Fills slots [first, first + count), extending the pool to first + count slots if it is shorter, and fits their boxes to
  *  the vertices. Parallel. Vertices that are not finite make triangles that are never hit. */
@@ -130,7 +135,7 @@ typedef struct clast_tlas clast_tlas;
 typedef struct clast_tlas_instance {
     const clast_blas *blas;  /**< null: nothing there */
     float transform[3][4];   /**< object to world, rows; one that cannot be inverted makes the instance invisible */
-    uint32_t id;             /**< what hits report */
+    uint32_t id;             /**< what hits report; not CLAST_NONE */
     uint32_t filtered;       /**< 1: hits are put to the filter, where there is one; 0: they count at once */
 } clast_tlas_instance;
 
