@@ -51,7 +51,7 @@ CLAST_API clast_status clast_renderer_trace_any(const clast_renderer *renderer, 
 /** What lies at a hit. */
 typedef struct clast_surface {
     float position[3];          /**< world space, on the triangle */
-    float geometric_normal[3];  /**< unit length, the counter-clockwise side */
+    float geometric_normal[3];  /**< unit length, the counter-clockwise side of the mesh, also where an instance mirrors it */
     float shading_normal[3];    /**< unit length, interpolated; no normal map */
     float coordinates[2][2];    /**< texture coordinates, two sets; 0 where there are none */
     uint32_t geometry;

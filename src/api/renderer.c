@@ -122,11 +122,10 @@ static void store(float to[3], vec3 v)
     to[2] = v[2];
 }
 
-// A normal of object space in world space: by the inverse's transpose. A mirroring instance turns the counter-clockwise side.
+// A normal of object space in world space: by the inverse's transpose. Under a mirroring instance the outer side stays the outer.
 static vec3 normal_to_world(const clast_frame_instance *instance, vec3 normal)
 {
-    vec3 turned = normalize3(transform_transposed(instance->to_object, normal));
-    return transform_determinant(instance->to_world) < 0.0f ? turned * -1.0f : turned;
+    return normalize3(transform_transposed(instance->to_object, normal));
 }
 
 clast_status clast_renderer_locate(const clast_renderer *renderer, const clast_hit *hit, clast_surface *surface)
