@@ -48,9 +48,11 @@ static vec3 boulder_surface(const boulder *b, vec3 direction, float *hollow)
     }
     vec3 p = direction * radius;
     float large = clast_fractal3(p * 1.3f, 3, b->seed + 1);
-    clast_cells facets = clast_cells3(p * 2.4f + splat3(0.2f * large), b->seed + 2);
+    clast_cells facets = clast_cells3(p * 2.1f + vec3(large, clast_noise3(p * 3.1f, b->seed + 8), -large) * 0.35f, b->seed + 2);
     float step = unit_float(facets.id) - 0.5f;
-    float crack = smooth_step(0.07f, 0.0f, facets.second - facets.nearest);
+    // Cracks here and there, not around every facet.
+    float torn = smooth_step(0.05f, 0.30f, clast_noise3(p * 1.7f, b->seed + 5));
+    float crack = torn * smooth_step(0.05f, 0.0f, facets.second - facets.nearest);
     // Beds stand out by turns.
     float bed = dot3(p, b->normals[0]) * 6.5f + 0.9f * large;
     float within = fraction(bed) * 2.0f - 1.0f;
@@ -172,7 +174,7 @@ static void scatter_below_cliffs(scatter *s, uint32_t count, uint seed)
         if (distance < 0.0f || distance > 0.75f * mesa->height || z > 40.0f) {
             continue;
         }
-        float size = 0.5f + 4.6f * square(square(chance(own, 4, 2))) + 1.5f * distance / mesa->height;
+        float size = 0.45f + 4.8f * square(square(square(chance(own, 4, 2)))) + 1.3f * distance / mesa->height;
         if (kept_clear(x, z, size)) {
             continue;
         }
@@ -215,7 +217,7 @@ void clast_canyon_build_boulders(clast_canyon *canyon, double triangles)
     }
     scatter s = {canyon, meshes, SHAPES, "boulder"};
     place_known(&s, canyon->seed + 510);
-    scatter_below_cliffs(&s, 130, canyon->seed + 520);
+    scatter_below_cliffs(&s, 420, canyon->seed + 520);
     scatter_around(&s, 110, 18.0f, 90.0f, 0.3f, 2.2f, canyon->seed + 530);
     s.name = "stone";
     scatter_around(&s, 520, 17.5f, 48.0f, 0.05f, 0.34f, canyon->seed + 540);

@@ -29,6 +29,7 @@ static void add_materials(clast_canyon *canyon)
         [CLAST_CANYON_STONE] = {"stone", 1.0f, 0.0f, 1.0f, false, "stone_colour.png", "stone_roughness.png", "stone_normal.png", {1, 1, 1}},
         [CLAST_CANYON_GOLD] = {"gold", 1.0f, 1.0f, 1.0f, false, "gold_colour.png", "gold_roughness.png", "gold_normal.png", {1, 1, 1}},
         [CLAST_CANYON_LAPIS] = {"lapis", 1.0f, 1.0f, 1.0f, false, "lapis_colour.png", "lapis_roughness.png", NULL, {1, 1, 1}},
+        [CLAST_CANYON_MARBLE] = {"marble", 1.0f, 0.0f, 1.0f, false, "marble_colour.png", "marble_roughness.png", NULL, {1, 1, 1}},
         [CLAST_CANYON_STRAW] = {"straw", 0.85f, 0.0f, 1.0f, true, NULL, NULL, NULL, {1, 1, 1}},
     };
     for (uint32_t i = 0; i < CLAST_CANYON_MATERIALS; i++) {
@@ -42,9 +43,9 @@ static void build_meshes(clast_canyon *canyon)
     canyon->builder = (clast_builder){.context = canyon->context, .writer = &canyon->writer, .expected = (uint64_t)triangles};
     clast_canyon_build_monument(canyon, triangles * 0.42);
     clast_canyon_build_columns(canyon, triangles * 0.095);
-    clast_canyon_build_masonry(canyon, triangles * 0.12);
-    clast_canyon_build_terrain(canyon, triangles * 0.14);
-    clast_canyon_build_mesas(canyon, triangles * 0.165);
+    clast_canyon_build_masonry(canyon, triangles * 0.10);
+    clast_canyon_build_terrain(canyon, triangles * 0.15);
+    clast_canyon_build_mesas(canyon, triangles * 0.175);
     clast_canyon_build_boulders(canyon, triangles * 0.05);
     clast_canyon_build_grass(canyon, triangles * 0.01);
     clast_builder_end(&canyon->builder);

@@ -14,7 +14,7 @@ typedef struct clast_mesa {
     float flatness;     // short axis over long axis
     float turn;         // of the long axis, turns
     float height;
-    float from, to;     // turns: the part that is built; a whole turn is closed
+    float from, to;     // turns: the side that is seen
     float haze;         // 0 to 1: how much air lies between, as colour
     float share;        // of the triangles of all mesas
     uint seed;
@@ -28,6 +28,7 @@ typedef enum clast_canyon_material {
     CLAST_CANYON_STONE,
     CLAST_CANYON_GOLD,
     CLAST_CANYON_LAPIS,
+    CLAST_CANYON_MARBLE,
     CLAST_CANYON_STRAW,
     CLAST_CANYON_MATERIALS,
 } clast_canyon_material;
@@ -55,11 +56,13 @@ void clast_canyon_place_mesas(clast_canyon *canyon);
 void clast_canyon_build_mesas(clast_canyon *canyon, double triangles);
 // How far (x, z) is outside the foot of a mesa; below 0 inside.
 float clast_mesa_distance(const clast_mesa *mesa, float x, float z);
+// Height of the debris at a mesa's foot, at (x, z), `distance` outside it; below the ground where there is none.
+float clast_mesa_apron(const clast_mesa *mesa, float x, float z, float distance);
 // The colour of the rock at a place: strata by height.
 vec3 clast_rock_colour(vec3 place, uint seed);
 
 // terrain.c
-// Height of the sand at (x, z).
+// Height of the ground at (x, z): the sand's, or that of the debris on it.
 float clast_canyon_ground(const clast_canyon *canyon, float x, float z);
 void clast_canyon_build_terrain(clast_canyon *canyon, double triangles);
 // A square of the ground around the origin, `size` metres wide, as 16-bit heights; gives the range that they span.

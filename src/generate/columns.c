@@ -35,8 +35,6 @@ static uint32_t column_profile(clast_lathe_point *points, float top)
         points[count++] = (clast_lathe_point){0.0f, top + 0.05f, CLAST_ORNAMENT_PLAIN, 0, 0, 0};
         return count;
     }
-    // Entasis: the shaft swells a little.
-    points[count++] = (clast_lathe_point){0.645f, 3.2f, CLAST_ORNAMENT_FLUTES, 20.0f, 0.06f, 1.0f};
     for (uint32_t i = 0; i < sizeof head / sizeof head[0]; i++) {
         points[count++] = head[i];
     }

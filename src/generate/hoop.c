@@ -104,6 +104,30 @@ float clast_hoop_relief(const clast_hoop *hoop, float u, float v)
     return relief_at(hoop, u, &p).metres;
 }
 
+// Pushes a place out of the balls that are broken away; gives how much of it is a fresh break.
+static float bite(const clast_hoop *hoop, vec3 *place)
+{
+    float fresh = 0.0f;
+    for (uint32_t i = 0; i < hoop->bite_count; i++) {
+        vec3 middle = vec3(hoop->bites[i][0], hoop->bites[i][1], hoop->bites[i][2]);
+        vec3 away = *place - middle;
+        float distance = length3(away), radius = hoop->bites[i][3];
+        if (distance > 1.6f * radius || distance == 0.0f) {
+            continue;
+        }
+        vec3 direction = away * (1.0f / distance);
+        // Conchoidal: facets and fine steps.
+        clast_cells facets = clast_cells3(direction * 2.6f + splat3((float)i), hoop->seed + 61);
+        float rough = 0.26f * (unit_float(facets.id) - 0.5f) + 0.30f * clast_fractal3(direction * 2.2f + splat3((float)i), 4, hoop->seed + 62);
+        float reach = radius * (1.0f + rough);
+        if (distance < reach) {
+            *place = middle + direction * reach;
+            fresh = max1(fresh, smooth_step(0.0f, 0.06f, reach - distance));
+        }
+    }
+    return fresh;
+}
+
 static void evaluate_hoop(const void *shape, float u, float v, clast_surface_point *point)
 {
     const clast_hoop *hoop = shape;
@@ -123,6 +147,8 @@ static void evaluate_hoop(const void *shape, float u, float v, clast_surface_poi
         shift = mix1(-hoop->end_drop, shift, end > 0.0f ? 1.0f : 0.0f);
     }
     point->position = place + vec3(c * p.normal_radial, s * p.normal_radial, p.normal_axial) * shift;
+    float fresh = bite(hoop, &point->position);
+    carved.level = mix1(carved.level, 0.72f, fresh);
     point->colour = hoop->wear > 0.0f ? clast_carved_colour(hoop->colour, place, carved.level, hoop->seed)
                                       : hoop->colour * mix1(0.50f, 1.0f, carved.level);
     float around = max1(floor1(6.2831853f * hoop->radius / hoop->tile + 0.5f), 1.0f);

@@ -35,6 +35,9 @@ typedef struct clast_hoop {
     vec3 colour;
     float wear, tile;
     uint seed;
+    // Broken out of the stone: balls around these places.
+    uint32_t bite_count;
+    vec4 bites[4];                   // place, radius
 } clast_hoop;
 
 void clast_build_hoop(clast_builder *builder, const clast_hoop *hoop, double triangles);

@@ -13,6 +13,7 @@ typedef struct mason {
     double per_area; // triangles for a square metre of stone
     double area;     // laid so far
     bool laying;     // else only measuring
+    bool polished;   // the courses of dark polished stone are under way; else all others
 } mason;
 
 static double surface(vec3 h) { return (double)(4.0f * h[0] * h[2] + 8.0f * h[1] * (h[0] + h[2])); }
@@ -51,6 +52,13 @@ static void lay_course(mason *m, float inner, float outer, float top, float thic
             .tilt_x = 0.55f * settle * swing(own, 4, 0), .tilt_z = 0.55f * settle * swing(own, 5, 0),
             .colour = stone_tint(own), .wear = 0.022f, .dust = 0.75f, .seed = own,
         };
+        if (m->polished) {
+            stone.colour = vec3(0.085f, 0.080f, 0.078f) * (0.8f + 0.5f * chance(own, 6, 0));
+            stone.wear = 0.005f;
+            stone.dust = 0.12f;
+            stone.tilt_x *= 0.3f;
+            stone.tilt_z *= 0.3f;
+        }
         lay(m, &stone);
     }
 }
@@ -70,7 +78,7 @@ static void lay_pavement(mason *m)
     static const float joints[COURSES + 1] = {6.95f, 8.15f, 9.45f, 9.95f, 11.15f, 12.45f, 13.85f, 15.3f, 16.8f};
     uint seed = m->canyon->seed + 320;
     for (uint32_t i = 0; i < COURSES; i++) {
-        if (i == 2) {
+        if (i == 2 || m->polished != (i == 1 || i == 3)) {
             continue;
         }
         uint32_t count = (uint32_t)(6.2831853f * joints[i] / (1.45f + 0.12f * (float)i) + 0.5f);
@@ -87,7 +95,7 @@ static void lay_kerb(mason *m)
     for (uint32_t i = 0; i < count; i++) {
         uint own = hash2(seed, i);
         float turn = ((float)i + 0.5f) / (float)count;
-        if (abs1(turn - 0.25f) < 0.034f || chance(own, 1, 1) < 0.24f) {
+        if (abs1(turn - 0.25f) < 0.062f || chance(own, 1, 1) < 0.24f) {
             continue; // the way in, from +z; and gaps
         }
         float fallen = chance(own, 2, 1) < 0.25f ? 1.0f : 0.0f;
@@ -129,8 +137,11 @@ static void lay_way(mason *m)
 
 static void lay_all(mason *m)
 {
-    lay_steps(m);
     lay_pavement(m);
+    if (m->polished) {
+        return;
+    }
+    lay_steps(m);
     lay_kerb(m);
     lay_way(m);
 }
@@ -156,11 +167,16 @@ void clast_canyon_build_masonry(clast_canyon *canyon, double triangles)
 {
     mason measure = {.canyon = canyon};
     lay_all(&measure);
+    measure.polished = true;
+    lay_all(&measure);
     mason m = {.canyon = canyon, .laying = true, .per_area = triangles * 0.88 / measure.area};
     clast_gltf_begin_mesh(&canyon->writer);
-    clast_gltf_begin_primitive(&canyon->writer, canyon->materials[CLAST_CANYON_STONE]);
-    lay_all(&m);
-    clast_gltf_end_primitive(&canyon->writer);
+    for (int pass = 0; pass < 2; pass++) {
+        m.polished = pass == 1;
+        clast_gltf_begin_primitive(&canyon->writer, canyon->materials[m.polished ? CLAST_CANYON_MARBLE : CLAST_CANYON_STONE]);
+        lay_all(&m);
+        clast_gltf_end_primitive(&canyon->writer);
+    }
     uint32_t mesh = clast_gltf_end_mesh(&canyon->writer, "masonry");
     clast_gltf_add_node(&canyon->writer, "masonry", mesh, splat3(0.0f), vec4(0.0f, 0.0f, 0.0f, 1.0f), splat3(1.0f));
     build_inlay(canyon, triangles * 0.12);

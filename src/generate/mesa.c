@@ -6,19 +6,40 @@
 static const struct {
     float inset, height, rows;
 } profile[] = {
-    {-0.16f, -0.10f, 0.05f}, {0.00f, 0.08f, 0.30f}, {0.05f, 0.40f, 0.10f}, {0.17f, 0.485f, 0.38f},
-    {0.205f, 0.93f, 0.08f},  {0.25f, 0.99f, 0.05f}, {0.60f, 1.02f, 0.04f}, {1.00f, 1.03f, 0.0f},
+    {-0.64f, 0.00f, 0.23f},  {0.00f, 0.26f, 0.18f}, {0.05f, 0.41f, 0.09f}, {0.17f, 0.485f, 0.34f},
+    {0.205f, 0.93f, 0.07f},  {0.25f, 0.99f, 0.05f}, {0.60f, 1.02f, 0.04f}, {1.00f, 1.03f, 0.0f},
 };
 enum { PROFILE_STRETCHES = sizeof profile / sizeof profile[0] - 1 };
+static const float APRON = 0.64f; // reach of the debris at the foot, over the height
+
+float clast_mesa_apron(const clast_mesa *mesa, float x, float z, float distance)
+{
+    float t = clamp1(1.0f - distance / (APRON * mesa->height), 0.0f, 1.05f);
+    if (t <= 0.0f) {
+        return -9.0f;
+    }
+    float gullies = clast_ridged2(vec2(x, z) * (1.0f / 38.0f), 3, mesa->seed + 41);
+    float lobes = clast_fractal2(vec2(x, z) * 0.045f, 3, mesa->seed + 42);
+    return mesa->height * (0.30f * t * t * (0.80f + 0.40f * gullies + 0.30f * lobes)) - 1.2f * (1.0f - t);
+}
+
+// Scree: blocks of all sizes.
+static float scree_relief(vec3 p, uint seed)
+{
+    clast_cells large = clast_cells3(p * 0.23f, seed + 43), small = clast_cells3(p * 0.7f, seed + 44);
+    float a = unit_float(large.id) < 0.35f ? root(1.0f - square(large.nearest / 0.55f)) : 0.0f;
+    float b = root(1.0f - square(small.nearest / 0.6f)) * (0.3f + 0.7f * unit_float(small.id));
+    return 1.1f * a + 0.40f * b + 0.5f * clast_fractal3(p * 0.35f, 3, seed + 45);
+}
 
 void clast_canyon_place_mesas(clast_canyon *canyon)
 {
     // Left and right of the view from the south, a gate of two in the middle distance, and lines of them behind.
     const clast_mesa mesas[CLAST_MESA_COUNT] = {
-        {vec2(-128.0f, -62.0f), 92.0f, 0.72f, 0.22f, 62.0f, -0.30f, 0.30f, 0.04f, 0.27f, 1},
-        {vec2(128.0f, -150.0f), 98.0f, 0.70f, -0.10f, 74.0f, 0.12f, 0.68f, 0.10f, 0.20f, 2},
-        {vec2(22.0f, -262.0f), 34.0f, 0.8f, 0.05f, 92.0f, 0.0f, 1.0f, 0.20f, 0.14f, 3},
-        {vec2(-62.0f, -330.0f), 46.0f, 0.75f, 0.2f, 70.0f, 0.0f, 1.0f, 0.28f, 0.10f, 4},
+        {vec2(-128.0f, -62.0f), 92.0f, 0.72f, 0.22f, 62.0f, -0.25f, 0.27f, 0.04f, 0.20f, 1},
+        {vec2(128.0f, -150.0f), 98.0f, 0.70f, -0.10f, 74.0f, 0.12f, 0.63f, 0.10f, 0.33f, 2},
+        {vec2(22.0f, -262.0f), 34.0f, 0.8f, 0.05f, 92.0f, 0.0f, 1.0f, 0.20f, 0.13f, 3},
+        {vec2(-62.0f, -330.0f), 46.0f, 0.75f, 0.2f, 70.0f, 0.0f, 1.0f, 0.28f, 0.08f, 4},
         {vec2(-190.0f, -520.0f), 150.0f, 0.55f, 0.05f, 118.0f, 0.0f, 1.0f, 0.45f, 0.08f, 5},
         {vec2(160.0f, -640.0f), 190.0f, 0.5f, -0.06f, 128.0f, 0.0f, 1.0f, 0.55f, 0.08f, 6},
         {vec2(-30.0f, -980.0f), 240.0f, 0.45f, 0.02f, 150.0f, 0.0f, 1.0f, 0.68f, 0.05f, 7},
@@ -142,10 +163,22 @@ static float inset_radius(float foot, float inset)
     return inset > 0.0f ? foot * foot / (foot + inset) : foot - inset;
 }
 
+// Most columns go to the side that is seen. Turns fall with u, so that the front is outside.
+static const float SEEN = 0.88f;
+
+static float direction_at(const clast_mesa *mesa, float u)
+{
+    float seen = mesa->to - mesa->from;
+    if (seen >= 1.0f) {
+        return -u;
+    }
+    return u <= SEEN ? mesa->to - seen * (u / SEEN) : mesa->from - (1.0f - seen) * ((u - SEEN) / (1.0f - SEEN));
+}
+
 static void evaluate_mesa(const void *data, float u, float v, clast_surface_point *point)
 {
     const clast_mesa *mesa = ((const mesa_shape *)data)->mesa;
-    float turns = mesa->to + (mesa->from - mesa->to) * u; // so that the front is outside
+    float turns = direction_at(mesa, u);
     vec2 direction = vec2(wave_cosine(turns), wave_sine(turns));
     float within;
     uint32_t stretch = find_stretch(v, &within);
@@ -161,17 +194,23 @@ static void evaluate_mesa(const void *data, float u, float v, clast_surface_poin
         radius = inset_radius(foot, profile[stretch].inset * mesa->height) * (1.0f - within);
     }
     vec3 place = vec3(mesa->centre[0] + direction[0] * radius, height, mesa->centre[1] + direction[1] * radius);
+    if (stretch == 0) {
+        place[1] = clast_mesa_apron(mesa, place[0], place[2], -inset);
+        place[1] += (within > 0.0f ? 1.0f - 0.6f * within : 0.0f) * scree_relief(place, mesa->seed);
+    } else if (stretch == 1) { // from the apron, whatever its height is there, to the cliff
+        place[1] = mix1(clast_mesa_apron(mesa, mesa->centre[0] + direction[0] * foot, mesa->centre[1] + direction[1] * foot, 0.0f), height, within);
+    }
     float relief = cliff_relief(place, clamp1(mesa->height / 70.0f, 0.8f, 2.0f), mesa->seed) *
-                   smooth_step(0.0f, 0.12f, v) * (1.0f - smooth_step(0.88f, 0.97f, v));
+                   smooth_step(0.21f, 0.27f, v) * (1.0f - smooth_step(0.88f, 0.97f, v));
     float pull = within == 1.0f && stretch + 1 == PROFILE_STRETCHES ? 0.0f : 1.0f;
     point->position = place + vec3(direction[0], 0.0f, direction[1]) * (relief * pull);
-    point->position[1] += 1.2f * clast_fractal3(place * 0.2f, 3, mesa->seed + 8) * smooth_step(0.05f, 0.3f, v) * pull;
+    point->position[1] += 1.2f * clast_fractal3(place * 0.2f, 3, mesa->seed + 8) * smooth_step(0.23f, 0.4f, v) * pull;
     vec3 colour = clast_rock_colour(point->position, mesa->seed & 7);
     // Hollows are dark, edges are worn pale.
     colour = colour * clamp1(0.98f + 0.045f * relief, 0.72f, 1.18f);
-    colour = mix3(colour, CLAST_SAND_COLOUR, 0.5f * (1.0f - smooth_step(0.0f, 0.14f, v)));
+    colour = mix3(colour, CLAST_SAND_COLOUR * vec3(0.96f, 0.86f, 0.78f), 0.72f * (1.0f - smooth_step(0.0f, 0.26f, v)));
     point->colour = mix3(colour, CLAST_HAZE_COLOUR, mesa->haze);
-    point->coordinates = vec2(u * (mesa->to - mesa->from) * 6.2831853f * mesa->radius, v * 1.5f * mesa->height) * (1.0f / 9.0f);
+    point->coordinates = vec2((mesa->to - turns) * 6.2831853f * mesa->radius, v * 1.5f * mesa->height) * (1.0f / 9.0f);
 }
 
 void clast_canyon_build_mesas(clast_canyon *canyon, double triangles)
@@ -181,7 +220,7 @@ void clast_canyon_build_mesas(clast_canyon *canyon, double triangles)
     for (uint32_t i = 0; i < CLAST_MESA_COUNT; i++) {
         const clast_mesa *mesa = &canyon->mesas[i];
         mesa_shape shape = {mesa};
-        clast_sheet sheet = {.shape = &shape, .evaluate = evaluate_mesa, .wraps_columns = mesa->to - mesa->from >= 1.0f};
+        clast_sheet sheet = {.shape = &shape, .evaluate = evaluate_mesa, .wraps_columns = true};
         float around = (mesa->to - mesa->from) * 6.2831853f * mesa->radius * 0.8f;
         clast_sheet_divide(&sheet, triangles * (double)mesa->share, around, 1.45f * mesa->height);
         clast_build_sheet(&canyon->builder, &sheet);

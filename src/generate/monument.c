@@ -34,6 +34,9 @@ static clast_hoop ring_shape(uint seed)
         .rope_repeats = 150.0f, .rope_depth = 0.065f,
         .back_weight = 0.5f,
         .colour = CLAST_STONE_COLOUR, .wear = 0.035f, .tile = 1.6f, .seed = seed,
+        .bite_count = 4,
+        .bites = {vec4(4.72f, 3.62f, 0.80f, 1.12f), vec4(-5.80f, 1.30f, 0.95f, 0.62f), vec4(1.9f, 5.75f, 1.05f, 0.45f),
+                  vec4(-2.6f, -5.25f, 1.0f, 0.5f)},
     };
 }
 

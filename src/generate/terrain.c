@@ -27,51 +27,60 @@ static float dune_height(float x, float z, uint seed)
     return 2.6f * crest * crest * crest;
 }
 
-// Debris at the feet of the cliffs: how high, and how much of it shows (0 to 1) in *amount.
-static float talus_height(const clast_canyon *canyon, float x, float z, float *amount)
+// How near the foot of a cliff is, 0 to 1; and the height of the debris there, below the ground where there is none.
+typedef struct foothill {
+    float nearness, height;
+} foothill;
+
+static foothill foothill_at(const clast_canyon *canyon, float x, float z)
 {
-    float height = 0.0f, most = 0.0f;
+    foothill found = {0.0f, -9.0f};
     for (uint32_t i = 0; i < CLAST_MESA_COUNT; i++) {
         const clast_mesa *mesa = &canyon->mesas[i];
-        float reach = 0.62f * mesa->height;
-        float t = clamp1(1.0f - clast_mesa_distance(mesa, x, z) / reach, 0.0f, 1.35f);
+        float distance = clast_mesa_distance(mesa, x, z);
+        float t = clamp1(1.0f - distance / (0.80f * mesa->height), 0.0f, 1.0f);
         if (t > 0.0f) {
-            height = max1(height, 0.30f * mesa->height * t * t);
-            most = max1(most, min1(t * 1.4f, 1.0f));
+            found.nearness = max1(found.nearness, t);
+            found.height = max1(found.height, clast_mesa_apron(mesa, x, z, distance));
         }
     }
-    *amount = most;
-    return height;
+    return found;
 }
 
 typedef struct ground {
-    float height;
-    float talus;  // 0 to 1
+    float height; // of the sand
+    foothill foothill;
     float plaza;  // 0 to 1: on the pavement
 } ground;
 
 static ground ground_at(const clast_canyon *canyon, float x, float z)
 {
     uint seed = canyon->seed;
-    float radius = length2(vec2(x, z)), talus;
-    float debris = talus_height(canyon, x, z, &talus);
+    float radius = length2(vec2(x, z));
     float plaza = 1.0f - smooth_step(CLAST_PLAZA_RADIUS - 0.3f, CLAST_PLAZA_RADIUS + 5.0f, radius);
-    float swell = 0.9f * clast_fractal2(vec2(x, z) * (1.0f / 34.0f), 4, seed + 70) + 0.12f * clast_fractal2(vec2(x, z) * 0.4f, 3, seed + 71);
+    float near = smooth_step(70.0f, 30.0f, radius);
+    float swell = 0.9f * clast_fractal2(vec2(x, z) * (1.0f / 34.0f), 2, seed + 70);
+    if (near > 0.0f) {
+        swell += near * 0.14f * clast_fractal2(vec2(x, z) * 0.25f, 4, seed + 71);
+    }
     float away = smooth_step(26.0f, 85.0f, radius);
     float open = 0.12f + swell * smooth_step(14.0f, 40.0f, radius) + dune_height(x, z, seed) * away;
     // The way to the monument is kept low between banks.
     float way = (1.0f - smooth_step(2.6f, 6.5f, abs1(x))) * smooth_step(8.0f, 14.0f, z) * (1.0f - smooth_step(40.0f, 62.0f, z));
     open = mix1(open, -0.05f + 0.20f * clast_fractal2(vec2(x, z) * 0.33f, 3, seed + 72), way);
-    open += debris * (1.0f + 0.22f * clast_fractal2(vec2(x, z) * 0.14f, 4, seed + 73));
     float hills = smooth_step(700.0f, 1900.0f, radius);
     if (hills > 0.0f) {
         open += 210.0f * hills * clast_ridged2(vec2(x, z) * (1.0f / 720.0f), 6, seed + 74);
     }
     float height = plaza > 0.0f ? mix1(open, drift_height(x, z, seed), plaza) : open;
-    return (ground){height, talus, plaza};
+    return (ground){height, foothill_at(canyon, x, z), plaza};
 }
 
-float clast_canyon_ground(const clast_canyon *canyon, float x, float z) { return ground_at(canyon, x, z).height; }
+float clast_canyon_ground(const clast_canyon *canyon, float x, float z)
+{
+    ground here = ground_at(canyon, x, z);
+    return max1(here.height, here.foothill.height);
+}
 
 // Squares small near the middle, larger with distance: t in [-1, 1].
 static float stretch(float t)
@@ -91,9 +100,9 @@ static void evaluate_ground(const void *shape, float u, float v, clast_surface_p
     float patches = clast_fractal2(vec2(x, z) * 0.55f, 3, canyon->seed + 81);
     vec3 colour = CLAST_SAND_COLOUR * (1.0f + 0.16f * tint + 0.10f * patches);
     colour = mix3(colour, vec3(0.60f, 0.33f, 0.17f), clamp1(0.35f + 0.9f * tint, 0.0f, 0.55f));
-    vec3 debris = clast_rock_colour(vec3(x, here.height * 0.3f, z), 5) * 1.05f;
-    float stony = smooth_step(0.15f, 0.75f, here.talus + 0.35f * clast_fractal2(vec2(x, z) * 0.09f, 4, canyon->seed + 82));
-    colour = mix3(colour, debris, 0.78f * stony * (here.talus > 0.0f ? 1.0f : 0.0f));
+    float nearness = here.foothill.nearness;
+    float stony = smooth_step(0.0f, 0.45f, nearness + 0.25f * clast_fractal2(vec2(x, z) * 0.09f, 4, canyon->seed + 82));
+    colour = mix3(colour, vec3(0.56f, 0.31f, 0.17f), 0.6f * stony * (nearness > 0.0f ? 1.0f : 0.0f));
     colour = mix3(colour, CLAST_SAND_COLOUR * 1.06f, 0.7f * here.plaza);
     float distance = length2(vec2(x, z));
     point->colour = min3(mix3(colour, CLAST_HAZE_COLOUR, 0.78f * smooth_step(120.0f, 1300.0f, distance)), splat3(1.0f));

@@ -11,6 +11,7 @@ const clast_texture_files clast_texture_names[CLAST_TEXTURE_KINDS] = {
     [CLAST_TEXTURE_STONE] = {"stone_colour.png", "stone_normal.png", "stone_roughness.png"},
     [CLAST_TEXTURE_GOLD] = {"gold_colour.png", "gold_normal.png", "gold_roughness.png"},
     [CLAST_TEXTURE_LAPIS] = {"lapis_colour.png", NULL, "lapis_roughness.png"},
+    [CLAST_TEXTURE_MARBLE] = {"marble_colour.png", NULL, "marble_roughness.png"},
 };
 
 typedef struct texel {
@@ -31,12 +32,13 @@ static texel sand(vec2 p, uint seed)
     float wave = t < 0.68f ? smooth_step(0.0f, 0.68f, t) : smooth_step(1.0f, 0.68f, t);
     float strength = 0.35f + 0.65f * smooth_step(-0.35f, 0.30f, warp[1] + 0.5f * clast_noise2_tiled(p * 6.0f, 6, seed + 21));
     float grain = clast_fractal2_tiled(p * 96.0f, 96, 2, seed + 22);
-    clast_cells pebbles = clast_cells2_tiled(p * 40.0f, 40, seed + 23);
-    float pebble = unit_float(pebbles.id) < 0.045f ? root(1.0f - square(pebbles.nearest / 0.32f)) : 0.0f;
+    clast_cells pebbles = clast_cells2_tiled(p * 64.0f + warp * 2.0f, 64, seed + 23);
+    float pebble_size = 0.12f + 0.2f * unit_float(hash1(pebbles.id));
+    float pebble = unit_float(pebbles.id) < 0.03f ? root(1.0f - square((pebbles.nearest + 0.1f * grain) / pebble_size)) : 0.0f;
     float tone = 0.86f + 0.07f * strength * (wave - 0.5f) + 0.16f * grain + 0.10f * warp[1];
     vec3 colour = vec3(1.0f, 0.985f, 0.96f) * tone;
-    colour = mix3(colour, vec3(0.52f, 0.44f, 0.40f), 0.8f * (pebble > 0.0f ? 1.0f : 0.0f));
-    return (texel){colour, 0.0021f * strength * wave + 0.0007f * grain + 0.0022f * pebble, 0.88f - 0.10f * grain - 0.2f * (pebble > 0.0f ? 1.0f : 0.0f), 0.0f};
+    colour = mix3(colour, vec3(0.66f, 0.60f, 0.56f), 0.7f * smooth_step(0.0f, 0.5f, pebble));
+    return (texel){colour, 0.0021f * strength * wave + 0.0007f * grain + 0.0009f * pebble, 0.88f - 0.10f * grain - 0.2f * (pebble > 0.0f ? 1.0f : 0.0f), 0.0f};
 }
 
 static texel rock(vec2 p, uint seed)
@@ -45,12 +47,14 @@ static texel rock(vec2 p, uint seed)
     vec2 q = p + warp * 0.05f;
     clast_cells blocks = clast_cells2_tiled(vec2(q[0] * 9.0f, q[1] * 9.0f), 9, seed + 20);
     clast_cells chips = clast_cells2_tiled(q * 31.0f, 31, seed + 21);
-    float crack = smooth_step(0.05f, 0.0f, blocks.second - blocks.nearest);
+    // Cracks follow the creases of a noise, and only in places: cells' borders would look like a net.
+    float crease = abs1(clast_fractal2_tiled(q * 3.0f + splat2(0.4f), 3, 6, seed + 24));
+    float crack = smooth_step(0.018f, 0.0f, crease) * smooth_step(-0.05f, 0.25f, warp[1]);
     float beds = clast_fractal2_tiled(vec2(q[0] * 2.0f, q[1] * 24.0f), 24, 3, seed + 22); // periods that divide both
     float fine = clast_fractal2_tiled(p * 24.0f, 24, 5, seed + 23);
     float facet = unit_float(blocks.id) - 0.5f, chip = unit_float(chips.id) - 0.5f;
-    float height = 0.006f * facet + 0.0024f * chip + 0.006f * fine + 0.004f * beds - 0.006f * crack + 0.01f * warp[0];
-    float tone = 0.82f + 0.10f * facet + 0.08f * chip + 0.30f * fine + 0.18f * beds - 0.30f * crack;
+    float height = 0.0035f * facet + 0.0022f * chip + 0.006f * fine + 0.004f * beds - 0.006f * crack + 0.01f * warp[0];
+    float tone = 0.82f + 0.06f * facet + 0.08f * chip + 0.30f * fine + 0.18f * beds - 0.30f * crack;
     vec3 colour = vec3(1.0f, 0.97f, 0.94f) * tone * (1.0f + 0.16f * warp[1]);
     return (texel){colour, height, clamp1(0.80f + 0.3f * fine - 0.1f * facet, 0.5f, 1.0f), 0.0f};
 }
@@ -97,7 +101,17 @@ static texel lapis(vec2 p, uint seed)
     return (texel){colour, 0.0f, clamp1(0.10f + 0.10f * vein + 0.05f * cloud, 0.05f, 1.0f), 0.0f};
 }
 
-static texel (*const recipes[CLAST_TEXTURE_KINDS])(vec2 p, uint seed) = {sand, rock, stone, gold, lapis};
+static texel marble(vec2 p, uint seed)
+{
+    vec2 warp = vec2(clast_fractal2_tiled(p * 2.0f, 2, 4, seed), clast_fractal2_tiled(p * 2.0f, 2, 4, seed + 10));
+    float vein = smooth_step(0.03f, 0.0f, abs1(clast_fractal2_tiled(p * 3.0f + warp * 1.4f, 3, 4, seed + 20)));
+    float cloud = clast_fractal2_tiled(p * 6.0f + warp, 6, 4, seed + 21);
+    float dust = smooth_step(-0.12f, 0.40f, clast_fractal2_tiled(p * 5.0f, 5, 5, seed + 22));
+    float tone = 0.34f + 0.12f * cloud + 0.5f * vein + 0.28f * dust;
+    return (texel){vec3(1.0f, 0.97f, 0.92f) * tone, 0.0f, clamp1(0.10f + 0.32f * dust + 0.04f * cloud, 0.05f, 1.0f), 0.0f};
+}
+
+static texel (*const recipes[CLAST_TEXTURE_KINDS])(vec2 p, uint seed) = {sand, rock, stone, gold, lapis, marble};
 
 // ---------------------------------------------------------------------------------------------------------- writing
 

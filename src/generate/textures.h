@@ -12,6 +12,7 @@ typedef enum clast_texture_kind {
     CLAST_TEXTURE_STONE,
     CLAST_TEXTURE_GOLD,
     CLAST_TEXTURE_LAPIS,
+    CLAST_TEXTURE_MARBLE,
     CLAST_TEXTURE_KINDS,
 } clast_texture_kind;
 
