@@ -6,10 +6,11 @@
 #include "api/renderer.h"
 #include "clast/image.h"
 
-// A sky with the sun high at the right, behind a camera that looks from the front.
+// A sky with the sun high at the right, behind a camera that looks from the front; dimmed, so that a white surface in the sun is
+// not overexposed.
 static clast_environment plain_sky(void)
 {
-    return (clast_environment){.type = CLAST_ENVIRONMENT_SKY, .sun_direction = {0.45f, 0.7f, 0.55f}};
+    return (clast_environment){.type = CLAST_ENVIRONMENT_SKY, .sun_direction = {0.45f, 0.7f, 0.55f}, .colour = {0.35f, 0.35f, 0.35f}};
 }
 
 // "r,g,b": three numbers of at least 0, and nothing else. A file of such a name can be given as ./1,1,1.

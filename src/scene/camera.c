@@ -63,15 +63,17 @@ static clast_camera_desc default_camera(const clast_scene *scene, float aspect)
         return camera;
     }
     vec3 low = vec3(lower[0], lower[1], lower[2]), high = vec3(upper[0], upper[1], upper[2]);
-    vec3 centre = (low + high) * 0.5f;
-    float radius = 0.5f * length3(high - low);
-    radius = radius > 0.0f ? radius : 1.0f;
-    float half_angle = 0.4f; // as vertical_angle 0 gives
-    if (aspect < 1.0f) {
-        half_angle = atanf(tanf(half_angle) * aspect);
-    }
+    vec3 centre = low * 0.5f + high * 0.5f;
     vec3 view = normalize3(vec3(0.55f, 0.4f, 1.0f));
-    vec3 position = centre + view * (1.02f * radius / sinf(half_angle));
+    vec3 right = normalize3(cross3(vec3(0.0f, 1.0f, 0.0f), view)), up = cross3(view, right);
+    const float tangent = 0.4227932f; // of half the angle that vertical_angle 0 stands for
+    float distance = 0.0f;
+    for (int corner = 0; corner < 8; corner++) { // the nearest place from which every corner of the box is seen
+        vec3 offset = vec3(corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2]) - centre;
+        float aside = max1(abs1(dot3(offset, right)) / aspect, abs1(dot3(offset, up)));
+        distance = max1(distance, dot3(offset, view) + aside / tangent);
+    }
+    vec3 position = centre + view * (distance > 0.0f ? 1.08f * distance : 1.0f);
     for (int i = 0; i < 3; i++) {
         camera.position[i] = position[i];
         camera.target[i] = centre[i];
