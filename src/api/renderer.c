@@ -61,7 +61,8 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
         .budget = settings->budget,
         .seed = settings->seed,
     };
-    status = clast_scene_choose_camera(renderer->scene, settings->camera, settings->width, settings->height, &frame->settings.camera);
+    status = clast_scene_choose_camera(renderer->scene, settings->camera, settings->width, settings->height,
+                                       &frame->settings.camera);
     if (status == CLAST_OK) {
         status = clast_frame_run(frame, renderer->backend, CLAST_PASS_ANIMATE, last, NULL);
     }
@@ -87,7 +88,8 @@ static clast_status check_rays(const clast_renderer *renderer, const clast_ray *
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if (count != 0 && (rays == NULL || results == NULL)) {
-        return clast_fail(renderer->context, CLAST_ERROR_INVALID_ARGUMENT, "trace: the rays or the place for results are null");
+        return clast_fail(renderer->context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "trace: the rays or the place for results are null");
     }
     if (!renderer->is_committed) {
         return clast_fail(renderer->context, CLAST_ERROR_STATE, "trace: the renderer has not committed its scene");
@@ -95,7 +97,8 @@ static clast_status check_rays(const clast_renderer *renderer, const clast_ray *
     return CLAST_OK;
 }
 
-clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const clast_ray *rays, size_t count, clast_hit *hits)
+clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const clast_ray *rays, size_t count,
+                                          clast_hit *hits)
 {
     clast_status status = check_rays(renderer, rays, count, hits);
     if (status == CLAST_OK) {
@@ -105,7 +108,8 @@ clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const 
     return status;
 }
 
-clast_status clast_renderer_trace_any(const clast_renderer *renderer, const clast_ray *rays, size_t count, uint8_t *occluded)
+clast_status clast_renderer_trace_any(const clast_renderer *renderer, const clast_ray *rays, size_t count,
+                                      uint8_t *occluded)
 {
     clast_status status = check_rays(renderer, rays, count, occluded);
     if (status == CLAST_OK) {
@@ -137,16 +141,19 @@ clast_status clast_renderer_locate(const clast_renderer *renderer, const clast_h
         return clast_fail(renderer->context, CLAST_ERROR_STATE, "locate: the renderer has not committed its scene");
     }
     const clast_frame *frame = renderer->frame;
-    bool is_known = hit->instance < renderer->scene->instance_count && frame->frame_instance_of[hit->instance] != CLAST_NONE;
+    bool is_known = hit->instance < renderer->scene->instance_count &&
+                    frame->frame_instance_of[hit->instance] != CLAST_NONE;
     const clast_frame_instance *instance = is_known ? &frame->instances[frame->frame_instance_of[hit->instance]] : NULL;
     const clast_frame_unit *unit = is_known ? &frame->units[instance->unit] : NULL;
     if (!is_known || hit->cluster >= unit->record_count ||
-        hit->triangle >= clast_template_triangle_count(frame->cooked->templates, unit->records[hit->cluster].template_index)) {
-        return clast_fail(renderer->context, CLAST_ERROR_INVALID_ARGUMENT, "locate: the hit is none of the scene as last committed");
+        hit->triangle >=
+            clast_template_triangle_count(frame->cooked->templates, unit->records[hit->cluster].template_index)) {
+        return clast_fail(renderer->context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "locate: the hit is none of the scene as last committed");
     }
     const clast_source *source = clast_source_of(unit->unit);
-    clast_surface_point point =
-        source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster], hit->triangle, vec2(hit->u, hit->v));
+    clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster], hit->triangle,
+                                               vec2(hit->u, hit->v));
     clast_source_surface found = source->evaluate(unit->unit, &unit->pose, point);
     *surface = (clast_surface){.geometry = instance->unit, .primitive = point.primitive, .material = found.material};
     store(surface->position, transform_point(instance->to_world, found.position));
@@ -178,8 +185,8 @@ static clast_status check_outputs(clast_context *context, const clast_render_out
     return CLAST_OK;
 }
 
-clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings, const clast_render_output *outputs,
-                          size_t count, clast_render_statistics *statistics)
+clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,
+                          const clast_render_output *outputs, size_t count, clast_render_statistics *statistics)
 {
     if (renderer == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
