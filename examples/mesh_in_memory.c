@@ -43,7 +43,8 @@ static void render(clast_renderer *renderer, clast_context *context, const char 
     clast_render_statistics statistics;
     check(clast_render(renderer, &settings, &output, 1, &statistics), context);
     check(clast_view_to_display(context, CLAST_VIEW_COLOUR, radiance, WIDTH, HEIGHT, &settings, display), context);
-    clast_image image = {.width = WIDTH, .height = HEIGHT, .channels = 3, .type = CLAST_PIXEL_UNORM8, .pixels = display};
+    clast_image image = {
+        .width = WIDTH, .height = HEIGHT, .channels = 3, .type = CLAST_PIXEL_UNORM8, .pixels = display};
     check(clast_image_write(context, path, &image), context);
     printf("%s: %u instances, cooked in %.2f ms\n", path, statistics.instances, statistics.cook_milliseconds);
 }
@@ -61,9 +62,15 @@ int main(int count, char **arguments)
 
     uint32_t sand = add_material(scene, context, 0.7f, 0.6f, 0.4f);
     uint32_t red = add_material(scene, context, 0.7f, 0.1f, 0.1f);
-    clast_mesh pyramid = {.vertex_count = 5, .triangle_count = 6, .positions = pyramid_positions, .indices = pyramid_indices,
+    clast_mesh pyramid = {.vertex_count = 5,
+                          .triangle_count = 6,
+                          .positions = pyramid_positions,
+                          .indices = pyramid_indices,
                           .material = red};
-    clast_mesh floor = {.vertex_count = 4, .triangle_count = 2, .positions = floor_positions, .indices = floor_indices,
+    clast_mesh floor = {.vertex_count = 4,
+                        .triangle_count = 2,
+                        .positions = floor_positions,
+                        .indices = floor_indices,
                         .material = sand};
     uint32_t pyramid_number = 0;
     uint32_t floor_number = 0;

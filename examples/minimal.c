@@ -41,7 +41,8 @@ int main(int count, char **arguments)
 
     // Radiance is linear and may be of any size; this makes of it what a screen shows.
     check(clast_view_to_display(context, CLAST_VIEW_COLOUR, radiance, WIDTH, HEIGHT, &settings, display), context);
-    clast_image image = {.width = WIDTH, .height = HEIGHT, .channels = 3, .type = CLAST_PIXEL_UNORM8, .pixels = display};
+    clast_image image = {
+        .width = WIDTH, .height = HEIGHT, .channels = 3, .type = CLAST_PIXEL_UNORM8, .pixels = display};
     check(clast_image_write(context, arguments[2], &image), context);
 
     clast_renderer_destroy(renderer);

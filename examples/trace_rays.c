@@ -51,7 +51,8 @@ static void print_heights(const clast_ray rays[SIDE * SIDE], const clast_hit hit
 }
 
 // Of the first hit, all that there is to know.
-static void print_surface(const clast_renderer *renderer, const clast_context *context, const clast_hit hits[SIDE * SIDE])
+static void print_surface(const clast_renderer *renderer, const clast_context *context,
+                          const clast_hit hits[SIDE * SIDE])
 {
     for (int i = 0; i < SIDE * SIDE; i++) {
         if (hits[i].instance != CLAST_NONE) {

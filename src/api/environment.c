@@ -10,7 +10,8 @@
 // not overexposed.
 static clast_environment plain_sky(void)
 {
-    return (clast_environment){.type = CLAST_ENVIRONMENT_SKY, .sun_direction = {0.45f, 0.7f, 0.55f}, .colour = {0.35f, 0.35f, 0.35f}};
+    return (clast_environment){
+        .type = CLAST_ENVIRONMENT_SKY, .sun_direction = {0.45f, 0.7f, 0.55f}, .colour = {0.35f, 0.35f, 0.35f}};
 }
 
 // "r,g,b": three numbers of at least 0, and nothing else. A file of such a name can be given as ./1,1,1.
@@ -75,7 +76,8 @@ static bool scene_is_dark(const clast_renderer *renderer)
     return true;
 }
 
-clast_status clast_environment_begin(clast_renderer *renderer, const clast_render_settings *settings, clast_kept_environment *kept)
+clast_status clast_environment_begin(clast_renderer *renderer, const clast_render_settings *settings,
+                                     clast_kept_environment *kept)
 {
     clast_scene *scene = renderer->scene;
     *kept = (clast_kept_environment){scene->environment, scene->has_environment};

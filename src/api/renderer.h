@@ -11,9 +11,9 @@ struct clast_renderer {
     clast_cooked *cooked;
     clast_frame *frame;
     const clast_backend *backend;
-    bool is_committed;           // rays may be traced
-    char *environment_path;      // the image that settings.env named last; null where none
-    uint32_t environment_image;  // its number in the scene
+    bool is_committed;          // rays may be traced
+    char *environment_path;     // the image that settings.env named last; null where none
+    uint32_t environment_image; // its number in the scene
 };
 
 // Gives the scene the environment of a render: settings->env, or its own, or, where it is dark, a sky. The frame's emitters
@@ -23,7 +23,8 @@ typedef struct clast_kept_environment {
     bool was_there;
 } clast_kept_environment;
 
-clast_status clast_environment_begin(clast_renderer *renderer, const clast_render_settings *settings, clast_kept_environment *kept);
+clast_status clast_environment_begin(clast_renderer *renderer, const clast_render_settings *settings,
+                                     clast_kept_environment *kept);
 void clast_environment_end(clast_renderer *renderer, const clast_kept_environment *kept);
 
 // statistics.c: what the committed frame takes; adds nothing that a render alone knows.

@@ -17,7 +17,8 @@ static clast_status check_range(clast_context *context, const char *name, double
     if (value >= minimum && value <= maximum) {
         return CLAST_OK;
     }
-    return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "setting %s: expected %g to %g, got %g", name, minimum, maximum, value);
+    return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "setting %s: expected %g to %g, got %g", name, minimum,
+                      maximum, value);
 }
 
 static clast_status fail_choice(clast_context *context, const char *name, uint32_t value)

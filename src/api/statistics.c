@@ -12,14 +12,16 @@ static uint64_t image_bytes(const clast_image *image)
 static uint64_t mesh_bytes(const clast_mesh *mesh)
 {
     uint64_t floats = 3u * (mesh->positions != NULL) + 3u * (mesh->normals != NULL) + 4u * (mesh->tangents != NULL) +
-                      2u * (mesh->coordinates[0] != NULL) + 2u * (mesh->coordinates[1] != NULL) + 4u * (mesh->colours != NULL);
+                      2u * (mesh->coordinates[0] != NULL) + 2u * (mesh->coordinates[1] != NULL) +
+                      4u * (mesh->colours != NULL);
     uint64_t uints = 3u + (mesh->triangle_materials != NULL);
     return 4 * (floats * mesh->vertex_count + uints * mesh->triangle_count);
 }
 
 static uint64_t scene_bytes(const clast_scene *scene)
 {
-    uint64_t bytes = scene->material_count * sizeof *scene->materials + scene->instance_count * sizeof *scene->instances;
+    uint64_t bytes = scene->material_count * sizeof *scene->materials +
+                     scene->instance_count * sizeof *scene->instances;
     for (size_t i = 0; i < scene->image_count; i++) {
         bytes += image_bytes(&scene->images[i].image);
     }

@@ -48,7 +48,8 @@ static void print_results(const clast_image_difference *difference, bool agree)
     printf("MSE %.9g, PSNR %.2f dB, maximum %.9g", difference->mean_squared_error,
            peak_signal_to_noise(difference->mean_squared_error), difference->maximum);
     if (difference->differing_pixels != 0) {
-        printf(" at %u,%u, %" PRIu64 " pixels differ", difference->maximum_x, difference->maximum_y, difference->differing_pixels);
+        printf(" at %u,%u, %" PRIu64 " pixels differ", difference->maximum_x, difference->maximum_y,
+               difference->differing_pixels);
     }
     printf(": the images %s\n", agree ? "agree" : "differ");
 }
@@ -62,8 +63,9 @@ static clast_status read_and_compare(clast_session *session, clast_image images[
         status = clast_image_read(context, command->positionals[1], &images[1]);
     }
     if (status == CLAST_OK && (images[0].width != images[1].width || images[0].height != images[1].height)) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s has %u x %u pixels, %s has %u x %u: expected equal sizes",
-                          command->positionals[0], images[0].width, images[0].height, command->positionals[1], images[1].width,
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "%s has %u x %u pixels, %s has %u x %u: expected equal sizes", command->positionals[0],
+                          images[0].width, images[0].height, command->positionals[1], images[1].width,
                           images[1].height);
     }
     return status == CLAST_OK ? clast_image_compare(context, &images[0], &images[1], difference) : status;
@@ -88,7 +90,8 @@ clast_exit clast_run_compare(const clast_command *command)
         if (clast_session_prints(&session)) {
             print_results(&difference, agree);
         }
-        if (command->json != NULL && !clast_session_write_json(&session, results_object(&session, &difference, agree))) {
+        if (command->json != NULL &&
+            !clast_session_write_json(&session, results_object(&session, &difference, agree))) {
             code = CLAST_EXIT_USAGE;
         }
     }

@@ -52,7 +52,8 @@ clast_exit clast_run_generate(const clast_command *command)
         code = clast_session_fail(&session, status);
     } else if (clast_session_prints(&session)) {
         clast_session_clear_line(&session);
-        printf("%s: scene.json and the files that it names, in %.2f s\n", command->positionals[1], clast_session_seconds(&session));
+        printf("%s: scene.json and the files that it names, in %.2f s\n", command->positionals[1],
+               clast_session_seconds(&session));
     }
     clast_session_end(&session);
     return code;

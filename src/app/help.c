@@ -40,7 +40,8 @@ static void option_range(const clast_option *option, char text[RANGE_SIZE])
     text[0] = '\0';
     switch (option->type) {
     case CLAST_OPTION_UINT:
-        snprintf(text, RANGE_SIZE, "%.0f to %.0f; default %.0f", option->minimum, option->maximum, option->default_number);
+        snprintf(text, RANGE_SIZE, "%.0f to %.0f; default %.0f", option->minimum, option->maximum,
+                 option->default_number);
         break;
     case CLAST_OPTION_REAL:
         snprintf(text, RANGE_SIZE, "%g to %g; default %g", option->minimum, option->maximum, option->default_number);
@@ -94,13 +95,15 @@ static void print_exits(void)
 
 void clast_help_overview(void)
 {
-    printf("clast %s: draws geometry too dense for ordinary renderers\n\nusage: clast VERB [options] INPUT [OUTPUT]\n\nverbs:\n",
-           clast_version());
+    printf(
+        "clast %s: draws geometry too dense for ordinary renderers\n\nusage: clast VERB [options] INPUT [OUTPUT]\n\nverbs:\n",
+        clast_version());
     for (uint32_t i = 0; i < CLAST_VERB_COUNT_; i++) {
         printf("  %-10s %s\n", clast_verbs[i].name, clast_verbs[i].summary);
     }
-    printf("\n\"clast help VERB\" and \"clast VERB --help\" tell all about a verb. \"clast --version\" prints the version.\n"
-           "\"clast help --man\" prints the manual page, \"clast help --completion\" what makes bash complete command lines.\n");
+    printf(
+        "\n\"clast help VERB\" and \"clast VERB --help\" tell all about a verb. \"clast --version\" prints the version.\n"
+        "\"clast help --man\" prints the manual page, \"clast help --completion\" what makes bash complete command lines.\n");
     print_exits();
 }
 
@@ -157,8 +160,9 @@ static void print_troff_option(const clast_option *option)
 
 void clast_help_manual(void)
 {
-    printf(".TH CLAST 1 \"\" \"clast %s\" \"User Commands\"\n.SH NAME\nclast \\- draws geometry too dense for ordinary renderers\n",
-           clast_version());
+    printf(
+        ".TH CLAST 1 \"\" \"clast %s\" \"User Commands\"\n.SH NAME\nclast \\- draws geometry too dense for ordinary renderers\n",
+        clast_version());
     printf(".SH SYNOPSIS\n");
     for (uint32_t i = 0; i < CLAST_VERB_COUNT_; i++) {
         printf("%s.B clast %s\n[options] %s\n", i != 0 ? ".br\n" : "", clast_verbs[i].name, clast_verbs[i].positionals);
@@ -201,7 +205,8 @@ void clast_help_completion(void)
     for (uint32_t i = 0; i < CLAST_VERB_COUNT_; i++) {
         printf(" %s", clast_verbs[i].name);
     }
-    printf("\"\n        COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n        return\n    fi\n    case $before in\n");
+    printf(
+        "\"\n        COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n        return\n    fi\n    case $before in\n");
     for (size_t i = 0; i < clast_option_count; i++) {
         const clast_option *option = &clast_options[i];
         if (option->type == CLAST_OPTION_CHOICE) {
@@ -218,6 +223,7 @@ void clast_help_completion(void)
         print_completion_words((clast_verb)i);
         printf("\" ;;\n");
     }
-    printf("        esac\n    fi\n    if [ -n \"$words\" ]; then\n        COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n"
-           "    else\n        COMPREPLY=($(compgen -f -- \"$word\"))\n    fi\n}\ncomplete -o filenames -F _clast clast\n");
+    printf(
+        "        esac\n    fi\n    if [ -n \"$words\" ]; then\n        COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n"
+        "    else\n        COMPREPLY=($(compgen -f -- \"$word\"))\n    fi\n}\ncomplete -o filenames -F _clast clast\n");
 }

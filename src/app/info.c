@@ -57,10 +57,11 @@ static void print_geometries(const clast_scene *scene)
         const char *name = name_or(geometry->name, "(no name)");
         if (geometry->kind == CLAST_SOURCE_CLUSTERS) {
             const clast_mesh *mesh = &geometry->of.mesh;
-            printf("  %zu %s: %s vertices, %s triangles%s%s%s%s\n", i, name, clast_format_count(mesh->vertex_count, vertices),
-                   clast_format_count(mesh->triangle_count, triangles), mesh->normals != NULL ? ", normals" : "",
-                   mesh->tangents != NULL ? ", tangents" : "", mesh->coordinates[0] != NULL ? ", texture coordinates" : "",
-                   mesh->colours != NULL ? ", colours" : "");
+            printf(
+                "  %zu %s: %s vertices, %s triangles%s%s%s%s\n", i, name,
+                clast_format_count(mesh->vertex_count, vertices), clast_format_count(mesh->triangle_count, triangles),
+                mesh->normals != NULL ? ", normals" : "", mesh->tangents != NULL ? ", tangents" : "",
+                mesh->coordinates[0] != NULL ? ", texture coordinates" : "", mesh->colours != NULL ? ", colours" : "");
         } else {
             printf("  %zu %s: %s\n", i, name, source_texts[geometry->kind]);
         }
@@ -72,8 +73,8 @@ static void print_images(const clast_scene *scene)
 {
     for (size_t i = 0; i < scene->image_count && i < LISTED_MOST; i++) {
         const clast_image *image = &scene->images[i].image;
-        printf("  %zu %s: %u x %u, %u channels, %s\n", i, name_or(scene->images[i].name, "(no name)"), image->width, image->height,
-               image->channels, pixel_texts[image->type]);
+        printf("  %zu %s: %u x %u, %u channels, %s\n", i, name_or(scene->images[i].name, "(no name)"), image->width,
+               image->height, image->channels, pixel_texts[image->type]);
     }
     print_rest(scene->image_count);
 }
@@ -82,7 +83,8 @@ static void print_lights_and_cameras(const clast_scene *scene)
 {
     printf("lights: %zu\n", scene->light_count);
     for (size_t i = 0; i < scene->light_count && i < LISTED_MOST; i++) {
-        printf("  %zu %s: %s\n", i, name_or(scene->lights[i].name, "(no name)"), light_texts[scene->lights[i].record.type]);
+        printf("  %zu %s: %s\n", i, name_or(scene->lights[i].name, "(no name)"),
+               light_texts[scene->lights[i].record.type]);
     }
     print_rest(scene->light_count);
     printf("environment: %s\n", scene->has_environment ? environment_texts[scene->environment.type] : "none");
@@ -101,11 +103,15 @@ static void print_structures(const clast_render_statistics *statistics)
         const char *name;
         uint64_t bytes;
     } rows[] = {
-        {"cooked data", statistics->cook_bytes},  {"templates", statistics->template_bytes},
-        {"clusters (CLAS)", statistics->clas_bytes}, {"vertices of the frame", statistics->vertex_bytes},
-        {"trees over clusters (BLAS)", statistics->blas_bytes}, {"tree over instances (TLAS)", statistics->tlas_bytes},
+        {"cooked data", statistics->cook_bytes},
+        {"templates", statistics->template_bytes},
+        {"clusters (CLAS)", statistics->clas_bytes},
+        {"vertices of the frame", statistics->vertex_bytes},
+        {"trees over clusters (BLAS)", statistics->blas_bytes},
+        {"tree over instances (TLAS)", statistics->tlas_bytes},
     };
-    printf("clusters: %s, %.1f triangles each on average, %.1f %% full\n", clast_format_count(statistics->clusters, count),
+    printf("clusters: %s, %.1f triangles each on average, %.1f %% full\n",
+           clast_format_count(statistics->clusters, count),
            statistics->clusters != 0 ? (double)statistics->triangles / (double)statistics->clusters : 0.0,
            100.0 * statistics->cluster_fill);
     printf("memory:\n");
@@ -166,7 +172,8 @@ static json_t *images_array(const clast_scene *scene)
     json_t *array = json_array();
     for (size_t i = 0; array != NULL && i < scene->image_count; i++) {
         const clast_image *image = &scene->images[i].image;
-        json_t *row = json_pack("{s:o, s:I, s:I, s:I, s:s}", "name", clast_report_text(name_or(scene->images[i].name, "")), "width",
+        json_t *row = json_pack("{s:o, s:I, s:I, s:I, s:s}", "name",
+                                clast_report_text(name_or(scene->images[i].name, "")), "width",
                                 (json_int_t)image->width, "height", (json_int_t)image->height, "channels",
                                 (json_int_t)image->channels, "type", pixel_texts[image->type]);
         if (json_array_append_new(array, row) != 0) {
@@ -203,10 +210,11 @@ static json_t *scene_object(const clast_info_work *work)
     const clast_scene_counts *counts = &work->counts;
     json_t *object = json_pack(
         "{s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o, s:I, s:I, s:o, s:o, s:o, s:o}", "verb", "info", "clast",
-        clast_report_program(&work->session), "input", clast_report_text(work->session.command->positionals[0]), "geometries",
-        geometries_array(scene), "mesh_triangles", (json_int_t)counts->triangles, "instances", (json_int_t)counts->instances,
-        "materials", (json_int_t)counts->materials, "textures", (json_int_t)counts->textures, "images", images_array(scene),
-        "image_bytes", (json_int_t)counts->image_bytes, "lights", (json_int_t)counts->lights, "environment",
+        clast_report_program(&work->session), "input", clast_report_text(work->session.command->positionals[0]),
+        "geometries", geometries_array(scene), "mesh_triangles", (json_int_t)counts->triangles, "instances",
+        (json_int_t)counts->instances, "materials", (json_int_t)counts->materials, "textures",
+        (json_int_t)counts->textures, "images", images_array(scene), "image_bytes", (json_int_t)counts->image_bytes,
+        "lights", (json_int_t)counts->lights, "environment",
         scene->has_environment ? json_string(environment_texts[scene->environment.type]) : json_null(), "cameras",
         cameras_array(scene), "lower", corner_or_null(work, work->lower), "upper", corner_or_null(work, work->upper));
     if (object != NULL && work->is_cooked) {
@@ -265,14 +273,15 @@ static clast_exit tell_image(clast_session *session, const clast_image *image)
 {
     const clast_command *command = session->command;
     if (clast_session_prints(session)) {
-        printf("image: %u x %u, %u channels, %s\n", image->width, image->height, image->channels, pixel_texts[image->type]);
+        printf("image: %u x %u, %u channels, %s\n", image->width, image->height, image->channels,
+               pixel_texts[image->type]);
     }
     bool good = true;
     if (command->json != NULL) {
-        json_t *object = json_pack("{s:s, s:o, s:o, s:I, s:I, s:I, s:s}", "verb", "info", "clast", clast_report_program(session),
-                                   "input", clast_report_text(command->positionals[0]), "width", (json_int_t)image->width, "height",
-                                   (json_int_t)image->height, "channels", (json_int_t)image->channels, "type",
-                                   pixel_texts[image->type]);
+        json_t *object = json_pack("{s:s, s:o, s:o, s:I, s:I, s:I, s:s}", "verb", "info", "clast",
+                                   clast_report_program(session), "input", clast_report_text(command->positionals[0]),
+                                   "width", (json_int_t)image->width, "height", (json_int_t)image->height, "channels",
+                                   (json_int_t)image->channels, "type", pixel_texts[image->type]);
         good = clast_session_write_json(session, object);
     }
     return good ? CLAST_EXIT_SUCCESS : CLAST_EXIT_FAILURE;

@@ -2,7 +2,7 @@
 #include "app/option.h"
 
 #define CHOICE_ROW(name, value, text, ...) {text, value},
-#define CHOICES(list) static const clast_choice choices_##list[] = {list(CHOICE_ROW) {NULL, 0}};
+#define CHOICES(list) static const clast_choice choices_##list[] = {list(CHOICE_ROW){NULL, 0}};
 CHOICES(CLAST_TONE_MAP_LIST)
 CHOICES(CLAST_VIEW_LIST)
 CHOICES(CLAST_DEVICE_LIST)
@@ -10,9 +10,11 @@ CHOICES(CLAST_ISA_CHOICE_LIST)
 
 #define RENDER_PLACES(name) offsetof(clast_command, render.name), offsetof(clast_command, given.name)
 #define RENDER_UINT(name, initial, minimum, maximum, placeholder, help) \
-    {#name, CLAST_OPTION_UINT, CLAST_IN_RENDER, initial, minimum, maximum, "", placeholder, help, NULL, RENDER_PLACES(name)},
+    {#name, CLAST_OPTION_UINT,  CLAST_IN_RENDER, initial, minimum, maximum, "", placeholder, help, \
+     NULL,  RENDER_PLACES(name)},
 #define RENDER_REAL(name, initial, minimum, maximum, placeholder, help) \
-    {#name, CLAST_OPTION_REAL, CLAST_IN_RENDER, initial, minimum, maximum, "", placeholder, help, NULL, RENDER_PLACES(name)},
+    {#name, CLAST_OPTION_REAL,  CLAST_IN_RENDER, initial, minimum, maximum, "", placeholder, help, \
+     NULL,  RENDER_PLACES(name)},
 #define RENDER_CHOICE(name, list, initial, help) \
     {#name, CLAST_OPTION_CHOICE, CLAST_IN_RENDER, initial, 0, 0, "", "NAME", help, choices_##list, RENDER_PLACES(name)},
 #define RENDER_TEXT(name, initial, placeholder, help) \
@@ -32,10 +34,9 @@ CHOICES(CLAST_ISA_CHOICE_LIST)
 #define COMMAND_OPTIONAL(verbs, field, name, placeholder, help) \
     {name, CLAST_OPTION_OPTIONAL, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
 
-const clast_option clast_options[] = {
-    CLAST_RENDER_SETTING_LIST(RENDER_UINT, RENDER_REAL, RENDER_CHOICE, RENDER_TEXT)
-    CLAST_COMMAND_OPTION_LIST(COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE, COMMAND_SIZE, COMMAND_FLAG, COMMAND_OPTIONAL)
-};
+const clast_option clast_options[] = {CLAST_RENDER_SETTING_LIST(RENDER_UINT, RENDER_REAL, RENDER_CHOICE, RENDER_TEXT)
+                                          CLAST_COMMAND_OPTION_LIST(COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE,
+                                                                    COMMAND_SIZE, COMMAND_FLAG, COMMAND_OPTIONAL)};
 const size_t clast_option_count = sizeof clast_options / sizeof *clast_options;
 
 static const char *const render_details[] = {
@@ -66,7 +67,8 @@ static const char *const compare_details[] = {
 };
 
 const clast_verb_info clast_verbs[CLAST_VERB_COUNT_] = {
-    [CLAST_VERB_RENDER] = {"render", "renders a picture of a scene", "INPUT [OUTPUT]", 1, render_details, clast_run_render},
+    [CLAST_VERB_RENDER] = {"render", "renders a picture of a scene", "INPUT [OUTPUT]", 1, render_details,
+                           clast_run_render},
     [CLAST_VERB_GENERATE] = {"generate", "writes a procedural scene as files", "SCENE OUTPUT", 2, generate_details,
                              clast_run_generate},
     [CLAST_VERB_INFO] = {"info", "tells what a file holds", "INPUT", 1, info_details, clast_run_info},

@@ -50,7 +50,8 @@ enum {
 #define CLAST_COMMAND_OPTION_LIST(UINT, REAL, CHOICE, SIZE, FLAG, OPTIONAL) \
     CHOICE(CLAST_IN_RENDER, view, "view", CLAST_VIEW_LIST, CLAST_VIEW_COLOUR, \
            "what the picture shows; an .exr output holds all views as layers unless this is given") \
-    UINT(CLAST_IN_RENDER | CLAST_IN_INFO, copies, "copies", 1, 1, 16777216, "N", "repeats the scene in a square grid of N copies") \
+    UINT(CLAST_IN_RENDER | CLAST_IN_INFO, copies, "copies", 1, 1, 16777216, "N", \
+         "repeats the scene in a square grid of N copies") \
     CHOICE(CLAST_IN_RENDER, device, "device", CLAST_DEVICE_LIST, CLAST_DEVICE_AUTOMATIC, \
            "where work is done; auto takes the best there is, which is the CPU") \
     REAL(CLAST_IN_GENERATE, detail, "detail", 1.0, 0.02, 25.0, "FACTOR", \
@@ -131,7 +132,7 @@ typedef struct clast_option {
 typedef struct clast_verb_info {
     const char *name;
     const char *summary;
-    const char *positionals;  // as the usage line has them
+    const char *positionals; // as the usage line has them
     uint32_t positionals_least;
     const char *const *details; // paragraphs; ends with null
     clast_exit (*run)(const clast_command *command);

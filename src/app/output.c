@@ -18,9 +18,11 @@ typedef struct view_info {
 } view_info;
 
 static const char *const layer_names[CLAST_VIEW_COUNT_][2] = {
-    [CLAST_VIEW_COLOUR] = {"", "RGB"},         [CLAST_VIEW_ALBEDO] = {"albedo", "RGB"}, [CLAST_VIEW_NORMAL] = {"N", "XYZ"},
-    [CLAST_VIEW_DEPTH] = {"", "Z"},            [CLAST_VIEW_UV] = {"uv", "UV"},          [CLAST_VIEW_INSTANCE] = {"instance", "X"},
-    [CLAST_VIEW_CLUSTER] = {"cluster", "X"},   [CLAST_VIEW_TRIANGLE] = {"triangle", "X"}, [CLAST_VIEW_STEPS] = {"steps", "X"},
+    [CLAST_VIEW_COLOUR] = {"", "RGB"},       [CLAST_VIEW_ALBEDO] = {"albedo", "RGB"},
+    [CLAST_VIEW_NORMAL] = {"N", "XYZ"},      [CLAST_VIEW_DEPTH] = {"", "Z"},
+    [CLAST_VIEW_UV] = {"uv", "UV"},          [CLAST_VIEW_INSTANCE] = {"instance", "X"},
+    [CLAST_VIEW_CLUSTER] = {"cluster", "X"}, [CLAST_VIEW_TRIANGLE] = {"triangle", "X"},
+    [CLAST_VIEW_STEPS] = {"steps", "X"},
 };
 
 static view_info view_about(clast_view view)
@@ -107,7 +109,8 @@ clast_status clast_output_allocate(clast_context *context, clast_output *picture
     picture->height = height;
     size_t pixels = 0;
     if (!clast_multiply_size(width, height, &pixels)) {
-        return clast_fail(context, CLAST_ERROR_LIMIT, "a picture of %u x %u pixels is too large for this machine", width, height);
+        return clast_fail(context, CLAST_ERROR_LIMIT, "a picture of %u x %u pixels is too large for this machine",
+                          width, height);
     }
     for (size_t i = 0; i < picture->output_count; i++) {
         uint32_t channels = view_about(picture->outputs[i].view).channels;
@@ -127,8 +130,8 @@ static clast_status write_display(clast_context *context, clast_output *picture,
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     const clast_render_output *output = &picture->outputs[0];
-    clast_status status =
-        clast_view_to_display(context, output->view, output->pixels, picture->width, picture->height, settings, bytes);
+    clast_status status = clast_view_to_display(context, output->view, output->pixels, picture->width, picture->height,
+                                                settings, bytes);
     if (status == CLAST_OK) {
         clast_image image = {picture->width, picture->height, 3, CLAST_PIXEL_UNORM8, bytes};
         status = clast_image_write(context, picture->path, &image);
@@ -146,9 +149,11 @@ static clast_status write_layers(clast_context *context, clast_output *picture)
     for (size_t i = 0; i < picture->output_count; i++) {
         view_info info = view_about(picture->outputs[i].view);
         layers[i] = (clast_image_layer){info.layer, info.channel_names, !info.is_float, picture->outputs[i].pixels};
-        picture->hash = XXH3_64bits_withSeed(picture->outputs[i].pixels, pixels * info.channels * sizeof(float), picture->hash);
+        picture->hash = XXH3_64bits_withSeed(picture->outputs[i].pixels, pixels * info.channels * sizeof(float),
+                                             picture->hash);
     }
-    return clast_image_write_layers(context, picture->path, picture->width, picture->height, layers, picture->output_count);
+    return clast_image_write_layers(context, picture->path, picture->width, picture->height, layers,
+                                    picture->output_count);
 }
 
 // Linear formats have one or three channels: two (texture coordinates) get a third of zeros, and HDR repeats a single one.

@@ -6,7 +6,12 @@
 #include "app/session.h"
 #include "clast/image.h"
 
-typedef enum clast_output_format { CLAST_OUTPUT_PNG, CLAST_OUTPUT_EXR, CLAST_OUTPUT_PFM, CLAST_OUTPUT_HDR } clast_output_format;
+typedef enum clast_output_format {
+    CLAST_OUTPUT_PNG,
+    CLAST_OUTPUT_EXR,
+    CLAST_OUTPUT_PFM,
+    CLAST_OUTPUT_HDR
+} clast_output_format;
 
 typedef struct clast_output {
     char *path;

@@ -69,7 +69,8 @@ static const clast_option *option_find(clast_verb verb, const char *name, size_t
 {
     for (size_t i = 0; i < clast_option_count; i++) {
         const clast_option *option = &clast_options[i];
-        if ((option->verbs >> verb & 1) != 0 && strlen(option->name) == length && strncmp(option->name, name, length) == 0) {
+        if ((option->verbs >> verb & 1) != 0 && strlen(option->name) == length &&
+            strncmp(option->name, name, length) == 0) {
             return option;
         }
     }
@@ -123,7 +124,8 @@ static bool parse_uint(const clast_option *option, const char *text, void *place
     double minimum = option->minimum;
     double maximum = option->maximum;
     if (!parse_whole(text, &number, &end) || *end != '\0' || (double)number < minimum || (double)number > maximum) {
-        clast_print_error("--%s: expected a whole number from %.0f to %.0f, got \"%s\"", option->name, minimum, maximum, text);
+        clast_print_error("--%s: expected a whole number from %.0f to %.0f, got \"%s\"", option->name, minimum, maximum,
+                          text);
         return false;
     }
     *(uint32_t *)place = (uint32_t)number;
@@ -133,10 +135,12 @@ static bool parse_uint(const clast_option *option, const char *text, void *place
 static bool parse_real(const clast_option *option, const char *text, void *place)
 {
     char *end = NULL;
-    bool plain = text[0] != '\0' && text[strspn(text, "+-.0123456789eE")] == '\0'; // no nan, inf, hexadecimals or spaces
+    bool plain = text[0] != '\0' &&
+                 text[strspn(text, "+-.0123456789eE")] == '\0'; // no nan, inf, hexadecimals or spaces
     double number = strtod(text, &end);
     if (!plain || *end != '\0' || !isfinite(number) || number < option->minimum || number > option->maximum) {
-        clast_print_error("--%s: expected a number from %g to %g, got \"%s\"", option->name, option->minimum, option->maximum, text);
+        clast_print_error("--%s: expected a number from %g to %g, got \"%s\"", option->name, option->minimum,
+                          option->maximum, text);
         return false;
     }
     *(double *)place = number;
@@ -256,7 +260,8 @@ bool clast_command_parse(clast_verb verb, int count, char *const *arguments, cla
             if (!parse_option(verb, count, arguments, &i, command)) {
                 return false;
             }
-        } else if (positionals == CLAST_POSITIONALS_MOST || (positionals == info->positionals_least && verb == CLAST_VERB_INFO)) {
+        } else if (positionals == CLAST_POSITIONALS_MOST ||
+                   (positionals == info->positionals_least && verb == CLAST_VERB_INFO)) {
             clast_print_error("%s takes %s: \"%s\" is one too many%s", info->name, info->positionals, argument,
                               command->json != NULL ? " (a file for statistics is given as --json=FILE)" : "");
             return false;

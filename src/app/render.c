@@ -61,7 +61,8 @@ static clast_status render(clast_render_work *work)
         status = clast_renderer_create(work->scene, &work->renderer);
     }
     if (status == CLAST_OK) {
-        status = clast_render(work->renderer, &work->settings, work->picture.outputs, work->picture.output_count, &work->statistics);
+        status = clast_render(work->renderer, &work->settings, work->picture.outputs, work->picture.output_count,
+                              &work->statistics);
     }
     if (status == CLAST_ERROR_CANCELLED && work->statistics.samples > 0) {
         work->was_cancelled = true;
@@ -85,11 +86,12 @@ static json_t *results_object(const clast_render_work *work)
     snprintf(hash, sizeof hash, "%016" PRIx64, work->picture.hash);
     json_t *object = json_pack(
         "{s:s, s:o, s:o, s:o, s:o, s:b, s:i, s:o, s:I, s:I, s:f, s:s}", "verb", "render", "clast",
-        clast_report_program(&work->session), "input", clast_report_text(work->session.command->positionals[0]), "output",
-        clast_report_text(work->picture.path), "settings", clast_report_settings(&work->settings), "cancelled", work->was_cancelled,
-        "samples", (int)work->statistics.samples, "milliseconds", milliseconds_object(work), "rays",
-        (json_int_t)work->statistics.rays, "primary_rays", (json_int_t)work->statistics.primary_rays, "mrays_per_second",
-        clast_mega_rays_per_second(&work->statistics), "image_hash", hash);
+        clast_report_program(&work->session), "input", clast_report_text(work->session.command->positionals[0]),
+        "output", clast_report_text(work->picture.path), "settings", clast_report_settings(&work->settings),
+        "cancelled", work->was_cancelled, "samples", (int)work->statistics.samples, "milliseconds",
+        milliseconds_object(work), "rays", (json_int_t)work->statistics.rays, "primary_rays",
+        (json_int_t)work->statistics.primary_rays, "mrays_per_second", clast_mega_rays_per_second(&work->statistics),
+        "image_hash", hash);
     if (object != NULL && clast_report_add_counts(object, &work->statistics) != 0) {
         json_decref(object);
         return NULL;
@@ -104,7 +106,8 @@ static void print_summary(const clast_render_work *work)
     printf("%s: %u x %u pixels, %u samples a pixel, %s triangles, %.2f s, %.2f million rays a second, %s at most\n",
            work->picture.path, work->picture.width, work->picture.height, work->statistics.samples,
            clast_format_count(work->statistics.instanced_triangles, triangles), clast_session_seconds(&work->session),
-           clast_mega_rays_per_second(&work->statistics), clast_format_bytes(work->statistics.process_memory_peak, memory));
+           clast_mega_rays_per_second(&work->statistics),
+           clast_format_bytes(work->statistics.process_memory_peak, memory));
 }
 
 static clast_exit finish(clast_render_work *work)
@@ -124,8 +127,8 @@ static clast_exit finish(clast_render_work *work)
         return CLAST_EXIT_FAILURE;
     }
     if (work->was_cancelled) {
-        clast_print_error("stopped by an interrupt: %s has %u of %u samples a pixel", work->picture.path, work->statistics.samples,
-                          work->settings.spp);
+        clast_print_error("stopped by an interrupt: %s has %u of %u samples a pixel", work->picture.path,
+                          work->statistics.samples, work->settings.spp);
         return CLAST_EXIT_CANCELLED;
     }
     return CLAST_EXIT_SUCCESS;

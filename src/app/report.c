@@ -48,8 +48,9 @@ json_t *clast_report_bytes(const clast_render_statistics *statistics, bool for_e
         const char *name;
         uint64_t bytes;
     } rows[] = {
-        {"scene", statistics->scene_bytes},   {"cook", statistics->cook_bytes},     {"templates", statistics->template_bytes},
-        {"clas", statistics->clas_bytes},     {"vertices", statistics->vertex_bytes}, {"blas", statistics->blas_bytes},
+        {"scene", statistics->scene_bytes},        {"cook", statistics->cook_bytes},
+        {"templates", statistics->template_bytes}, {"clas", statistics->clas_bytes},
+        {"vertices", statistics->vertex_bytes},    {"blas", statistics->blas_bytes},
         {"tlas", statistics->tlas_bytes},
     };
     json_t *object = json_object();
@@ -87,7 +88,8 @@ json_t *clast_report_settings(const clast_render_settings *settings)
     int failures = object == NULL;
 #define SETTING_UINT(name, ...) failures += SET_UINT(object, #name, settings->name) != 0;
 #define SETTING_REAL(name, ...) failures += SET_REAL(object, #name, settings->name) != 0;
-#define SETTING_CHOICE(name, ...) failures += json_object_set_new(object, #name, clast_report_text(choice_text(#name, settings->name))) != 0;
+#define SETTING_CHOICE(name, ...) \
+    failures += json_object_set_new(object, #name, clast_report_text(choice_text(#name, settings->name))) != 0;
 #define SETTING_TEXT(name, ...) failures += json_object_set_new(object, #name, clast_report_text(settings->name)) != 0;
     CLAST_RENDER_SETTING_LIST(SETTING_UINT, SETTING_REAL, SETTING_CHOICE, SETTING_TEXT)
     return object_or_null(object, failures);
@@ -117,13 +119,15 @@ json_t *clast_report_program(const clast_session *session)
     json_t *object = json_object();
     int failures = object == NULL;
     failures += json_object_set_new(object, "version", json_string(clast_version())) != 0;
-    failures += json_object_set_new(object, "isa", json_string(clast_isa_text(clast_context_isa(session->context)))) != 0;
+    failures += json_object_set_new(object, "isa", json_string(clast_isa_text(clast_context_isa(session->context)))) !=
+                0;
     failures += SET_UINT(object, "threads", clast_context_threads(session->context)) != 0;
     return object_or_null(object, failures);
 }
 
 double clast_mega_rays_per_second(const clast_render_statistics *statistics)
 {
-    double milliseconds = statistics->pass_milliseconds[CLAST_PASS_TRACE] + statistics->pass_milliseconds[CLAST_PASS_SHADE];
+    double milliseconds = statistics->pass_milliseconds[CLAST_PASS_TRACE] +
+                          statistics->pass_milliseconds[CLAST_PASS_SHADE];
     return milliseconds > 0.0 ? (double)statistics->rays / milliseconds / 1000.0 : 0.0;
 }

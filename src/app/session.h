@@ -11,14 +11,14 @@
 typedef struct clast_session {
     const clast_command *command;
     clast_context *context;
-    double begun;          // clast_clock() at the start
+    double begun; // clast_clock() at the start
     bool shows_progress;
-    bool line_is_shown;    // a progress line stands on the terminal
+    bool line_is_shown; // a progress line stands on the terminal
     char stage[32];
     double stage_begun;
-    double shown;          // when the line was last written
-    uint32_t samples;      // of a render, per pixel; 0 where nothing is rendered
-    double first_picture;  // seconds until each pixel had a sample; 0 where not yet
+    double shown;         // when the line was last written
+    uint32_t samples;     // of a render, per pixel; 0 where nothing is rendered
+    double first_picture; // seconds until each pixel had a sample; 0 where not yet
 } clast_session;
 
 // Begins the work of a verb; prints the error and gives false where the context cannot be made.

@@ -20,8 +20,12 @@ static clast_scene *quad_scene(clast_context *context, uint32_t *instance)
 {
     clast_scene *scene = NULL;
     assert_ok(context, clast_scene_create(context, &scene));
-    clast_mesh mesh = {.vertex_count = 4, .triangle_count = 2, .positions = quad_positions, .coordinates = {quad_coordinates},
-                       .indices = quad_indices, .material = CLAST_NONE};
+    clast_mesh mesh = {.vertex_count = 4,
+                       .triangle_count = 2,
+                       .positions = quad_positions,
+                       .coordinates = {quad_coordinates},
+                       .indices = quad_indices,
+                       .material = CLAST_NONE};
     uint32_t geometry = 0;
     assert_ok(context, clast_scene_add_mesh(scene, &mesh, "quad", &geometry));
     assert_ok(context, clast_scene_add_instance(scene, geometry, NULL, NULL, instance));
@@ -205,8 +209,10 @@ static void *trace_grid(void *argument)
     thread_work *work = argument;
     clast_ray rays[PIXELS];
     for (int i = 0; i < PIXELS; i++) {
-        rays[i] = (clast_ray){.origin = {3.0f * (float)(i % WIDTH) / WIDTH - 1.5f, 3.0f * (float)(i / WIDTH) / HEIGHT - 1.5f, 5},
-                              .direction = {0, 0, -1}, .t_max = INFINITY};
+        rays[i] = (clast_ray){
+            .origin = {3.0f * (float)(i % WIDTH) / WIDTH - 1.5f, 3.0f * (float)(i / WIDTH) / HEIGHT - 1.5f, 5},
+            .direction = {0, 0, -1},
+            .t_max = INFINITY};
     }
     work->status = clast_renderer_trace_closest(work->renderer, rays, PIXELS, work->hits);
     return NULL;
@@ -253,7 +259,9 @@ static void a_cancelled_render_keeps_what_it_has(void **state)
 {
     (void)state;
     clast_context *context = NULL;
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 2, .progress = {stop_the_render, NULL}}, &context), CLAST_OK);
+    assert_int_equal(
+        clast_context_create(&(clast_context_desc){.threads = 2, .progress = {stop_the_render, NULL}}, &context),
+        CLAST_OK);
     uint64_t before = clast_context_memory(context);
     uint32_t instance = 0;
     clast_scene *scene = quad_scene(context, &instance);
