@@ -275,8 +275,7 @@ clast_light_shares clast_lights_share(const clast_lights *lights, vec3 position,
         vec3 sun = load3(lights->sun.z);
         // A wide sun may stand half above the surface's horizon.
         float reach = rough_sqrt(2.0f * lights->sun_height);
-        bool visible = dot3(geometric_normal, sun) > -reach;
-        s.sun = visible ? luminance(lights->sun_irradiance) * (0.1f + 0.9f * max1(dot3(normal, sun), 0.0f)) : 0.0f;
+        s.sun = dot3(geometric_normal, sun) > -reach ? 1.0f : 0.0f;
     }
     if (lights->punctual.count > PUNCTUAL_MOST) {
         s.punctual = lights->punctual.total / (lights->extent * lights->extent);
@@ -290,11 +289,11 @@ clast_light_shares clast_lights_share(const clast_lights *lights, vec3 position,
         float square = max1(dot3(away, away), 0.25f * lights->emitter_radius * lights->emitter_radius);
         s.emitters = lights->emitters.total / max1(square, 1e-30f);
     }
-    float sum = s.surroundings + s.sun + s.punctual + s.emitters;
-    s = (clast_light_shares){least(s.surroundings, sum), least(s.sun, sum), least(s.punctual, sum), least(s.emitters, sum)};
-    sum = s.surroundings + s.sun + s.punctual + s.emitters;
+    float sum = s.surroundings + s.punctual + s.emitters;
+    s = (clast_light_shares){least(s.surroundings, sum), s.sun, least(s.punctual, sum), least(s.emitters, sum)};
+    sum = s.surroundings + s.punctual + s.emitters;
     float scale = sum > 0.0f && is_finite1(sum) ? 1.0f / sum : 0.0f;
-    return (clast_light_shares){s.surroundings * scale, s.sun * scale, s.punctual * scale, s.emitters * scale};
+    return (clast_light_shares){s.surroundings * scale, s.sun, s.punctual * scale, s.emitters * scale};
 }
 
 // -------------------------------------------------------------------------------------------------------------- samples
@@ -394,6 +393,14 @@ static clast_light_sample sample_emitter(const clast_lights *lights, const clast
     };
 }
 
+clast_light_sample clast_lights_sample_sun(const clast_lights *lights, const clast_light_shares *shares, vec2 u)
+{
+    if (!(shares->sun > 0.0f)) {
+        return (clast_light_sample){.density = 0.0f};
+    }
+    return sample_distant(lights, shares, normalize3(from_basis(lights->sun, sample_cone(u, lights->sun_height))));
+}
+
 clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_light_shares *shares, vec3 position, float choice, vec2 u)
 {
     if (choice < shares->surroundings) {
@@ -401,10 +408,6 @@ clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_l
         return sample_distant(lights, shares, clast_surroundings_sample(&lights->surroundings, u, &density));
     }
     choice -= shares->surroundings;
-    if (choice < shares->sun) {
-        return sample_distant(lights, shares, from_basis(lights->sun, sample_cone(u, lights->sun_height)));
-    }
-    choice -= shares->sun;
     if (choice < shares->punctual) {
         return sample_punctual(lights, shares, position, choice / shares->punctual);
     }

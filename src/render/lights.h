@@ -24,7 +24,8 @@ typedef struct clast_surroundings {
     float upper, lower; // mean luminance of each half
 } clast_surroundings;
 
-// How likely each kind of light is chosen at a point; they add up to one, or are all zero.
+// How likely each kind of light is chosen at a point; they add up to one, or are all zero. The sun has a sample of its own
+// wherever it can be seen: its share is 1 or 0, beside the others'.
 typedef struct clast_light_shares {
     float surroundings, sun, punctual, emitters;
 } clast_light_shares;
@@ -69,9 +70,11 @@ vec3 clast_distant_radiance(const clast_lights *lights, vec3 direction);
 
 // The shares at a point; both normals face the viewer.
 clast_light_shares clast_lights_share(const clast_lights *lights, vec3 position, vec3 geometric_normal, vec3 normal);
-// Chooses a light by `choice` in [0, 1) and a point of it by `u`.
+// A point of the sun; of density 0 where its share is none.
+clast_light_sample clast_lights_sample_sun(const clast_lights *lights, const clast_light_shares *shares, vec2 u);
+// Chooses one of the other lights by `choice` in [0, 1) and a point of it by `u`.
 clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_light_shares *shares, vec3 position, float choice, vec2 u);
-// The density with which that finds a direction that hits nothing, or an emissive triangle.
+// The density with which these find a direction that hits nothing, or an emissive triangle.
 float clast_distant_density(const clast_lights *lights, const clast_light_shares *shares, vec3 direction);
 float clast_emitter_density(const clast_lights *lights, const clast_light_shares *shares, uint32_t frame_instance, uint32_t primitive,
                             float distance, float cosine);

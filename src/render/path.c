@@ -8,7 +8,7 @@
 #include "shared/brdf.h"
 
 // Which points of the sequence a decision at a bounce uses.
-enum { USE_CAMERA, USE_LIGHT, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USES };
+enum { USE_CAMERA, USE_LIGHT, USE_SUN, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USES };
 
 static const float DIFFUSE_WIDTH = 0.25f; // least alpha of the lobes after a diffuse surface
 static const float GLOSSY_WIDTH = 0.5f;   // and after a glossy one, in parts of its own
@@ -79,27 +79,23 @@ static clast_brdf_answer scatter(const interaction *at, vec3 light)
     return answer;
 }
 
-// Adds a shadow ray to the batch where a light is there to be seen.
-static bool sample_light(const clast_render_target *target, const clast_path *path, const interaction *at, uint32_t bounce, clast_ray *ray,
-                         vec3 *radiance)
+// The shadow ray to a light, and what it brings where nothing is in between. False where it brings nothing.
+static bool connect_light(const clast_path *path, const interaction *at, const clast_light_sample *light, clast_ray *ray, vec3 *radiance)
 {
-    vec2 u = next_square(target, path->seed, bounce, USE_LIGHT);
-    float choice = next_square(target, path->seed, bounce, USE_CHOICE)[0];
-    clast_light_sample light = clast_lights_sample(target->lights, &path->shares, at->point.position, choice, u);
-    if (!(light.density > 0.0f) || !(largest3(light.radiance) > 0.0f)) {
+    if (!(light->density > 0.0f) || !(largest3(light->radiance) > 0.0f)) {
         return false;
     }
-    clast_brdf_answer answer = scatter(at, light.direction);
-    float weight = light.is_point ? 1.0f : mis_weight(light.density, answer.density);
-    *radiance = path->throughput * load3(answer.value) * light.radiance * (weight / light.density);
+    clast_brdf_answer answer = scatter(at, light->direction);
+    float weight = light->is_point ? 1.0f : mis_weight(light->density, answer.density);
+    *radiance = path->throughput * load3(answer.value) * light->radiance * (weight / light->density);
     if (!(largest3(*radiance) > 0.0f)) {
         return false;
     }
-    if (light.is_distant) {
-        *ray = leave_surface(&at->point, light.direction, INFINITY);
+    if (light->is_distant) {
+        *ray = leave_surface(&at->point, light->direction, INFINITY);
     } else {
         vec3 origin = at->point.position + at->point.geometric_normal * at->point.offset;
-        *ray = leave_surface(&at->point, light.target - origin, 1.0f);
+        *ray = leave_surface(&at->point, light->target - origin, 1.0f);
     }
     return true;
 }
@@ -207,45 +203,68 @@ static void add_emission(const tile_job *job, clast_path *path, const clast_visi
     path->radiance = path->radiance + path->throughput * point->emission * weight;
 }
 
-// Takes path `from` a step on from what its ray saw. Where it goes on, it becomes path `to` with its next ray.
+static void add_shadow(tile_job *job, uint32_t from, const interaction *at, const clast_light_sample *light)
+{
+    clast_scratch *scratch = job->scratch;
+    uint32_t place = job->shadow_count;
+    const clast_path *path = &scratch->paths[from];
+    if (connect_light(path, at, light, &scratch->shadow_rays[place], &scratch->shadow_radiance[place])) {
+        scratch->shadow_paths[place] = from;
+        job->shadow_count++;
+    }
+}
+
+static void sample_lights(tile_job *job, uint32_t from, const interaction *at, uint32_t bounce)
+{
+    const clast_render_target *target = job->target;
+    const clast_path *path = &job->scratch->paths[from];
+    vec2 u = next_square(target, path->seed, bounce, USE_LIGHT);
+    float choice = next_square(target, path->seed, bounce, USE_CHOICE)[0];
+    clast_light_sample light = clast_lights_sample(target->lights, &path->shares, at->point.position, choice, u);
+    add_shadow(job, from, at, &light);
+    if (path->shares.sun > 0.0f) {
+        light = clast_lights_sample_sun(target->lights, &path->shares, next_square(target, path->seed, bounce, USE_SUN));
+        add_shadow(job, from, at, &light);
+    }
+}
+
+// Scatters light at a surface; where the path goes on, ray `to` is its next.
+static bool scatter_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce, const clast_shading_point *point)
+{
+    clast_render_target *target = job->target;
+    clast_path *path = &job->scratch->paths[from];
+    interaction at = interact(path, point);
+    path->shares = clast_lights_share(target->lights, point->position, point->geometric_normal, point->normal);
+    sample_lights(job, from, &at, bounce);
+    if (!sample_direction(target, path, &at, bounce) || !survives(target, path, bounce)) {
+        return false;
+    }
+    job->scratch->rays[to] = leave_surface(point, path->direction, INFINITY);
+    return true;
+}
+
+// Takes path `from` a step on from what its ray saw; where it goes on, ray `to` is its next.
 static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce)
 {
     clast_render_target *target = job->target;
-    clast_scratch *scratch = job->scratch;
-    clast_path path = scratch->paths[from];
-    const clast_visibility *seen = &scratch->seen[from];
+    clast_path *path = &job->scratch->paths[from];
+    const clast_visibility *seen = &job->scratch->seen[from];
     bool has_colour = target->sums[CLAST_VIEW_COLOUR] != NULL;
     if (seen->instance == CLAST_NONE) {
         if (has_colour) {
-            add_distant_light(job, &path, bounce);
-            finish_path(job, &path);
+            add_distant_light(job, path, bounce);
         }
         return false;
     }
-    clast_shading_point point = clast_shading_point_at(job->frame, &target->srgb, seen, path.direction * -1.0f);
+    clast_shading_point point = clast_shading_point_at(job->frame, &target->srgb, seen, path->direction * -1.0f);
     if (bounce == 0) {
-        add_surface_views(target, path.pixel, &point);
+        add_surface_views(target, path->pixel, &point);
     }
     if (!has_colour) {
         return false;
     }
-    add_emission(job, &path, seen, &point, bounce);
-    bool goes_on = bounce < target->settings.bounces;
-    if (goes_on) {
-        interaction at = interact(&path, &point);
-        path.shares = clast_lights_share(target->lights, point.position, point.geometric_normal, point.normal);
-        uint32_t shadow = job->shadow_count;
-        if (sample_light(target, &path, &at, bounce, &scratch->shadow_rays[shadow], &scratch->shadow_radiance[shadow])) {
-            scratch->shadow_paths[shadow] = from; // until the path is known to go on
-            job->shadow_count++;
-        }
-        goes_on = sample_direction(target, &path, &at, bounce) && survives(target, &path, bounce);
-        if (goes_on) {
-            scratch->rays[to] = leave_surface(&point, path.direction, INFINITY);
-        }
-    }
-    scratch->paths[from] = path;
-    return goes_on;
+    add_emission(job, path, seen, &point, bounce);
+    return bounce < target->settings.bounces && scatter_path(job, from, to, bounce, &point);
 }
 
 static void trace_shadows(tile_job *job)
@@ -298,7 +317,7 @@ static void step_paths(tile_job *job, uint32_t bounce)
     for (uint32_t i = 0; i < job->path_count; i++) {
         if (goes_on[i]) {
             scratch->paths[place++] = scratch->paths[i];
-        } else if (scratch->seen[i].instance != CLAST_NONE && job->target->sums[CLAST_VIEW_COLOUR] != NULL) {
+        } else if (job->target->sums[CLAST_VIEW_COLOUR] != NULL) {
             finish_path(job, &scratch->paths[i]);
         }
     }

@@ -9,7 +9,8 @@
 #include "render/surface.h"
 #include "shared/camera.h"
 
-enum { CLAST_TILE_WIDTH = 32, CLAST_TILE_HEIGHT = 16, CLAST_TILE_PIXELS = CLAST_TILE_WIDTH * CLAST_TILE_HEIGHT };
+enum { CLAST_TILE_WIDTH = 32, CLAST_TILE_HEIGHT = 16, CLAST_TILE_PIXELS = CLAST_TILE_WIDTH * CLAST_TILE_HEIGHT,
+       CLAST_TILE_SHADOWS = 2 * CLAST_TILE_PIXELS }; // one for the sun, one for another light
 
 // One light path.
 typedef struct clast_path {
@@ -29,10 +30,10 @@ typedef struct clast_scratch {
     clast_visibility seen[CLAST_TILE_PIXELS]; // by each path's ray
     clast_ray rays[CLAST_TILE_PIXELS];
     clast_hit hits[CLAST_TILE_PIXELS];
-    clast_ray shadow_rays[CLAST_TILE_PIXELS];
-    vec3 shadow_radiance[CLAST_TILE_PIXELS]; // that arrives where nothing is in between
-    uint32_t shadow_paths[CLAST_TILE_PIXELS];
-    uint8_t occluded[CLAST_TILE_PIXELS];
+    clast_ray shadow_rays[CLAST_TILE_SHADOWS];
+    vec3 shadow_radiance[CLAST_TILE_SHADOWS]; // that arrives where nothing is in between
+    uint32_t shadow_paths[CLAST_TILE_SHADOWS];
+    uint8_t occluded[CLAST_TILE_SHADOWS];
 } clast_scratch;
 
 // Pixels of the picture: [x, x + width) x [y, y + height), of a tile's size at most.

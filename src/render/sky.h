@@ -6,7 +6,7 @@
 #include "base/context.h"
 #include "shared/sky.h"
 
-enum { CLAST_SKY_WIDTH = 512, CLAST_SKY_HEIGHT = 256 };
+enum { CLAST_SKY_WIDTH = 256, CLAST_SKY_HEIGHT = 256 };
 
 typedef struct clast_sky {
     packed3 *radiance;   // CLAST_SKY_WIDTH x CLAST_SKY_HEIGHT, laid out as surroundings_place() with `rotation`; without the sun

@@ -97,7 +97,7 @@ static void place_point(const clast_frame *frame, const clast_frame_unit *unit, 
 }
 
 static vec3 map_normal(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
-                       const clast_frame_instance *instance, vec3 normal)
+                       const clast_frame_instance *instance, const clast_srgb_table *table, vec3 normal)
 {
     if (material->normal_texture.texture == CLAST_NONE) {
         return normal;
@@ -111,17 +111,18 @@ static vec3 map_normal(const clast_scene *scene, const clast_material *material,
     // A mirrored instance turns the cross product around.
     float sign = transform_determinant(instance->to_world) < 0.0f ? -surface->bitangent_sign : surface->bitangent_sign;
     vec3 bitangent = cross3(normal, tangent) * sign;
-    vec4 texel = clast_texture_value(scene, material->normal_texture, surface->coordinates, NULL, vec4(0.5f, 0.5f, 1.0f, 1.0f));
+    vec4 texel = clast_texture_value(scene, material->normal_texture, surface->coordinates, CLAST_ENCODING_LINEAR, table,
+                                     vec4(0.5f, 0.5f, 1.0f, 1.0f));
     float x = (2.0f * texel[0] - 1.0f) * material->normal_scale;
     float y = (2.0f * texel[1] - 1.0f) * material->normal_scale;
     return direction_of(tangent * x + bitangent * y + normal * (2.0f * texel[2] - 1.0f), normal);
 }
 
 static void shade_normal(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
-                         const clast_frame_instance *instance, vec3 view, clast_shading_point *point)
+                         const clast_frame_instance *instance, const clast_srgb_table *table, vec3 view, clast_shading_point *point)
 {
     vec3 normal = direction_of(transform_transposed(instance->to_object, surface->normal), point->geometric_normal);
-    vec3 mapped = map_normal(scene, material, surface, instance, normal);
+    vec3 mapped = map_normal(scene, material, surface, instance, table, normal);
     // Seen from behind, all normals turn around (glTF 2.0, double sided).
     if (dot3(normal, point->geometric_normal) < 0.0f) {
         mapped = mapped * -1.0f;
@@ -133,7 +134,8 @@ vec3 clast_emission(const clast_scene *scene, const clast_material *material, co
 {
     vec3 emission = load3(material->emissive);
     if (largest3(emission) > 0.0f && material->emissive_texture.texture != CLAST_NONE) {
-        vec4 texel = clast_texture_value(scene, material->emissive_texture, coordinates, table, vec4(1.0f, 1.0f, 1.0f, 1.0f));
+        vec4 texel = clast_texture_value(scene, material->emissive_texture, coordinates, CLAST_ENCODING_SRGB, table,
+                                         vec4(1.0f, 1.0f, 1.0f, 1.0f));
         emission = emission * max3(vec3(texel[0], texel[1], texel[2]), splat3(0.0f));
     }
     return emission;
@@ -149,8 +151,9 @@ static void shade_material(const clast_scene *scene, const clast_material *mater
 {
     const vec4 one = vec4(1.0f, 1.0f, 1.0f, 1.0f);
     vec4 colour = load4(material->base_colour) * surface->colour;
-    colour = colour * clast_texture_value(scene, material->base_colour_texture, surface->coordinates, table, one);
-    vec4 rough = clast_texture_value(scene, material->metallic_roughness_texture, surface->coordinates, NULL, one);
+    colour = colour * clast_texture_value(scene, material->base_colour_texture, surface->coordinates, CLAST_ENCODING_SRGB, table, one);
+    vec4 rough = clast_texture_value(scene, material->metallic_roughness_texture, surface->coordinates, CLAST_ENCODING_LINEAR, table,
+                                     one);
     point->base_colour = clamp_unit3(vec3(colour[0], colour[1], colour[2]));
     point->roughness = clamp1(material->roughness * rough[1], 0.0f, 1.0f);
     point->metallic = clamp1(material->metallic * rough[2], 0.0f, 1.0f);
@@ -179,7 +182,7 @@ clast_shading_point clast_shading_point_at(const clast_frame *frame, const clast
     point.primitive = on_source.primitive;
     const clast_material *material = material_of(frame->scene, surface.material);
     shade_material(frame->scene, material, &surface, table, &point);
-    shade_normal(frame->scene, material, &surface, instance, view, &point);
+    shade_normal(frame->scene, material, &surface, instance, table, view, &point);
     return point;
 }
 

@@ -3,7 +3,8 @@
 #include "base/thread.h"
 #include "render/lights.h"
 
-enum { CELLS_WIDTH_MOST = 1024, CELLS_HEIGHT_MOST = 512, EVEN_WIDTH = 8, EVEN_HEIGHT = 4 };
+enum { CELLS_WIDTH_MOST = 1024, CELLS_HEIGHT_MOST = 512, EVEN_WIDTH = 8, EVEN_HEIGHT = 4,
+       SKY_CELLS_WIDTH = CLAST_SKY_WIDTH / 2, SKY_CELLS_HEIGHT = CLAST_SKY_HEIGHT / 2 };
 
 // -------------------------------------------------------------------------------------------------- choice by weight
 
@@ -46,12 +47,7 @@ static vec3 image_radiance(const clast_lights *lights, vec2 place)
     const clast_image *image = lights->image;
     clast_texel_pair x = linear_texels(place[0], CLAST_WRAP_REPEAT, image->width);
     clast_texel_pair y = linear_texels(place[1], CLAST_WRAP_CLAMP, image->height);
-    const clast_srgb_table *table = lights->table;
-    vec4 upper = clast_image_texel(image, x.first, y.first, table) * (1.0f - x.weight) +
-                 clast_image_texel(image, x.second, y.first, table) * x.weight;
-    vec4 lower = clast_image_texel(image, x.first, y.second, table) * (1.0f - x.weight) +
-                 clast_image_texel(image, x.second, y.second, table) * x.weight;
-    vec4 value = upper * (1.0f - y.weight) + lower * y.weight;
+    vec4 value = clast_image_blend(image, x, y, CLAST_ENCODING_SRGB, lights->table);
     vec3 radiance = max3(splat3(0.0f), vec3(value[0], value[1], value[2])); // a NaN becomes 0
     return min3(radiance, splat3(1e30f));
 }
@@ -92,8 +88,8 @@ typedef struct cell_job {
 // The mean of the picture's texels whose centres lie in the cell; there is one at least.
 static float cell_luminance(const clast_lights *lights, const clast_surroundings *cells, uint32_t row, uint32_t column)
 {
-    uint32_t width = lights->image != NULL ? lights->image->width : cells->width;
-    uint32_t height = lights->image != NULL ? lights->image->height : cells->height;
+    uint32_t width = lights->image != NULL ? lights->image->width : lights->sky.radiance != NULL ? CLAST_SKY_WIDTH : cells->width;
+    uint32_t height = lights->image != NULL ? lights->image->height : lights->sky.radiance != NULL ? CLAST_SKY_HEIGHT : cells->height;
     uint32_t left = (uint32_t)((uint64_t)column * width / cells->width), right = (uint32_t)((uint64_t)(column + 1) * width / cells->width);
     uint32_t top = (uint32_t)((uint64_t)row * height / cells->height), bottom = (uint32_t)((uint64_t)(row + 1) * height / cells->height);
     double sum = 0.0;
@@ -138,8 +134,8 @@ clast_status clast_surroundings_create(clast_context *context, clast_lights *lig
         cells->height = cells_along(lights->image->height, CELLS_HEIGHT_MOST);
     } else {
         bool even = lights->sky.radiance == NULL;
-        cells->width = even ? EVEN_WIDTH : CLAST_SKY_WIDTH;
-        cells->height = even ? EVEN_HEIGHT : CLAST_SKY_HEIGHT;
+        cells->width = even ? EVEN_WIDTH : SKY_CELLS_WIDTH;
+        cells->height = even ? EVEN_HEIGHT : SKY_CELLS_HEIGHT;
     }
     cells->row_sums = clast_allocate(context, (size_t)cells->height + 1, sizeof *cells->row_sums);
     cells->cell_sums = clast_allocate(context, (size_t)cells->height * (cells->width + 1), sizeof *cells->cell_sums);

@@ -6,34 +6,84 @@ void clast_srgb_table_fill(clast_srgb_table *table)
 {
     for (uint32_t i = 0; i < 256; i++) {
         table->linear[i] = srgb_to_linear((float)i / 255.0f);
+        table->plain[i] = (float)i / 255.0f;
     }
 }
 
-// Channel `channel` of a texel that begins at element `first`.
-static float element(const clast_image *image, size_t first, uint32_t channel, const clast_srgb_table *table)
+// ------------------------------------------------------------------------------------------------------------- texels
+
+// Channels 1 to 4 as red, green, blue, alpha. Always inlined into a loop over texels of one type.
+#define SPREAD(channels, colour, alpha) \
+    ((channels) < 3 ? vec4(colour(0), colour(0), colour(0), (channels) == 2 ? alpha(1) : 1.0f) \
+                    : vec4(colour(0), colour(1), colour(2), (channels) == 4 ? alpha(3) : 1.0f))
+
+static inline vec4 texel8(const clast_image *image, size_t place, const float colours[256], const float plain[256])
 {
-    if (image->type == CLAST_PIXEL_UNORM8) {
-        uint8_t value = ((const uint8_t *)image->pixels)[first + channel];
-        return table != NULL ? table->linear[value] : (float)value * (1.0f / 255.0f);
-    }
-    if (image->type == CLAST_PIXEL_UNORM16) {
-        float value = (float)((const uint16_t *)image->pixels)[first + channel] * (1.0f / 65535.0f);
-        return table != NULL ? srgb_to_linear(value) : value;
-    }
-    return ((const float *)image->pixels)[first + channel];
+    const uint8_t *texel = (const uint8_t *)image->pixels + place * image->channels;
+#define COLOUR(c) colours[texel[c]]
+#define ALPHA(c) plain[texel[c]]
+    return SPREAD(image->channels, COLOUR, ALPHA);
+#undef COLOUR
+#undef ALPHA
 }
 
-vec4 clast_image_texel(const clast_image *image, uint32_t x, uint32_t y, const clast_srgb_table *table)
+static float decode16(uint16_t value, clast_encoding encoding)
 {
-    uint32_t channels = image->channels;
-    size_t first = ((size_t)y * image->width + x) * channels;
-    float alpha = channels == 2 || channels == 4 ? element(image, first, channels - 1, NULL) : 1.0f;
-    float red = element(image, first, 0, table);
-    if (channels < 3) {
-        return vec4(red, red, red, alpha);
-    }
-    return vec4(red, element(image, first, 1, table), element(image, first, 2, table), alpha);
+    float plain = (float)value / 65535.0f;
+    return encoding == CLAST_ENCODING_SRGB ? srgb_to_linear(plain) : plain;
 }
+
+static vec4 texel16(const clast_image *image, size_t place, clast_encoding encoding)
+{
+    const uint16_t *texel = (const uint16_t *)image->pixels + place * image->channels;
+#define COLOUR(c) decode16(texel[c], encoding)
+#define ALPHA(c) decode16(texel[c], CLAST_ENCODING_LINEAR)
+    return SPREAD(image->channels, COLOUR, ALPHA);
+#undef COLOUR
+#undef ALPHA
+}
+
+static vec4 texel_float(const clast_image *image, size_t place)
+{
+    const float *texel = (const float *)image->pixels + place * image->channels;
+#define VALUE(c) texel[c]
+    return SPREAD(image->channels, VALUE, VALUE);
+#undef VALUE
+}
+
+vec4 clast_image_texel(const clast_image *image, uint32_t x, uint32_t y, clast_encoding encoding, const clast_srgb_table *table)
+{
+    size_t place = (size_t)y * image->width + x;
+    switch (image->type) {
+    case CLAST_PIXEL_UNORM8: return texel8(image, place, encoding == CLAST_ENCODING_SRGB ? table->linear : table->plain, table->plain);
+    case CLAST_PIXEL_UNORM16: return texel16(image, place, encoding);
+    default: return texel_float(image, place);
+    }
+}
+
+static vec4 mix4(vec4 a, vec4 b, float t)
+{
+    return a * (1.0f - t) + b * t;
+}
+
+vec4 clast_image_blend(const clast_image *image, clast_texel_pair x, clast_texel_pair y, clast_encoding encoding,
+                       const clast_srgb_table *table)
+{
+    if (image->type == CLAST_PIXEL_UNORM8) { // nearly all textures: one decision for four texels
+        const float *colours = encoding == CLAST_ENCODING_SRGB ? table->linear : table->plain;
+        size_t upper = (size_t)y.first * image->width, lower = (size_t)y.second * image->width;
+        vec4 a = texel8(image, upper + x.first, colours, table->plain), b = texel8(image, upper + x.second, colours, table->plain);
+        vec4 c = texel8(image, lower + x.first, colours, table->plain), d = texel8(image, lower + x.second, colours, table->plain);
+        return mix4(mix4(a, b, x.weight), mix4(c, d, x.weight), y.weight);
+    }
+    vec4 upper = mix4(clast_image_texel(image, x.first, y.first, encoding, table),
+                      clast_image_texel(image, x.second, y.first, encoding, table), x.weight);
+    vec4 lower = mix4(clast_image_texel(image, x.first, y.second, encoding, table),
+                      clast_image_texel(image, x.second, y.second, encoding, table), x.weight);
+    return mix4(upper, lower, y.weight);
+}
+
+// ----------------------------------------------------------------------------------------------------------- textures
 
 static const clast_texture *find_texture(const clast_scene *scene, clast_texture_use use, const clast_image **image)
 {
@@ -48,8 +98,8 @@ static const clast_texture *find_texture(const clast_scene *scene, clast_texture
     return (*image)->width != 0 && (*image)->height != 0 ? texture : NULL;
 }
 
-vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const vec2 coordinates[2], const clast_srgb_table *table,
-                         vec4 otherwise)
+vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const vec2 coordinates[2], clast_encoding encoding,
+                         const clast_srgb_table *table, vec4 otherwise)
 {
     const clast_image *image;
     const clast_texture *texture = find_texture(scene, use, &image);
@@ -59,21 +109,21 @@ vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const 
     vec2 place = transform_coordinates(use, coordinates[use.coordinate_set & 1]);
     if (texture->filter == CLAST_FILTER_NEAREST) {
         uint32_t x = nearest_texel(place[0], texture->wrap_u, image->width);
-        return clast_image_texel(image, x, nearest_texel(place[1], texture->wrap_v, image->height), table);
+        return clast_image_texel(image, x, nearest_texel(place[1], texture->wrap_v, image->height), encoding, table);
     }
     clast_texel_pair x = linear_texels(place[0], texture->wrap_u, image->width);
     clast_texel_pair y = linear_texels(place[1], texture->wrap_v, image->height);
-    vec4 upper = clast_image_texel(image, x.first, y.first, table) * (1.0f - x.weight) +
-                 clast_image_texel(image, x.second, y.first, table) * x.weight;
-    vec4 lower = clast_image_texel(image, x.first, y.second, table) * (1.0f - x.weight) +
-                 clast_image_texel(image, x.second, y.second, table) * x.weight;
-    return upper * (1.0f - y.weight) + lower * y.weight;
+    return clast_image_blend(image, x, y, encoding, table);
 }
 
 static float texel_alpha(const clast_image *image, uint32_t x, uint32_t y)
 {
-    size_t first = ((size_t)y * image->width + x) * image->channels;
-    return element(image, first, image->channels - 1, NULL);
+    size_t element = ((size_t)y * image->width + x) * image->channels + image->channels - 1;
+    switch (image->type) {
+    case CLAST_PIXEL_UNORM8: return (float)((const uint8_t *)image->pixels)[element] / 255.0f;
+    case CLAST_PIXEL_UNORM16: return (float)((const uint16_t *)image->pixels)[element] / 65535.0f;
+    default: return ((const float *)image->pixels)[element];
+    }
 }
 
 float clast_texture_alpha(const clast_scene *scene, clast_texture_use use, const vec2 coordinates[2])

@@ -7,6 +7,8 @@
 
 #define assert_near(value, expected, tolerance) assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
 
+static clast_srgb_table tables;
+
 static const uint8_t two_by_two[] = {0, 85, 170, 255}; // 0, 1/3; 2/3, 1
 
 static clast_texture_use first_texture(void)
@@ -34,7 +36,7 @@ static clast_scene *grey_scene(clast_context *context, clast_wrap wrap, clast_fi
 static float value_at(const clast_scene *scene, float u, float v)
 {
     vec2 coordinates[2] = {vec2(u, v), vec2(0.0f, 0.0f)};
-    return clast_texture_value(scene, first_texture(), coordinates, NULL, splat3(0.0f))[0];
+    return clast_texture_value(scene, first_texture(), coordinates, CLAST_ENCODING_LINEAR, &tables, splat3(0.0f))[0];
 }
 
 static void texel_centres_give_their_texels(void **state)
@@ -99,7 +101,7 @@ static void channels_mean_what_gltf_says(void **state)
     const float expected[4][4] = {{1, 1, 1, 1}, {1, 1, 1, 0.2f}, {1, 0, 0.2f, 1}, {1, 0, 0.2f, 0.4f}};
     for (uint32_t channels = 1; channels <= 4; channels++) {
         clast_image image = {1, 1, channels, CLAST_PIXEL_UNORM16, pixels[channels - 1]};
-        vec4 texel = clast_image_texel(&image, 0, 0, NULL);
+        vec4 texel = clast_image_texel(&image, 0, 0, CLAST_ENCODING_LINEAR, &tables);
         clast_scene *scene = scene_with(*state, &image, CLAST_WRAP_REPEAT, CLAST_FILTER_LINEAR);
         vec2 coordinates[2] = {vec2(0.3f, 0.4f), vec2(0.0f, 0.0f)};
         for (int c = 0; c < 4; c++) {
@@ -113,30 +115,26 @@ static void channels_mean_what_gltf_says(void **state)
 static void colours_are_decoded_exactly_and_alpha_is_not(void **state)
 {
     (void)state;
-    clast_srgb_table table;
-    clast_srgb_table_fill(&table);
     const uint8_t pixel[] = {0, 10, 255, 128};
     clast_image image = {1, 1, 4, CLAST_PIXEL_UNORM8, pixel};
-    vec4 texel = clast_image_texel(&image, 0, 0, &table);
+    vec4 texel = clast_image_texel(&image, 0, 0, CLAST_ENCODING_SRGB, &tables);
     assert_near(texel[0], 0.0, 0.0);
     assert_near(texel[1], 10.0 / 255.0 / 12.92, 1e-9);
     assert_near(texel[2], 1.0, 0.0);
     assert_near(texel[3], 128.0 / 255.0, 1e-7);
     for (uint32_t i = 0; i < 256; i++) {
         double c = i / 255.0, linear = c <= 0.04045 ? c / 12.92 : pow((c + 0.055) / 1.055, 2.4);
-        assert_near(table.linear[i], linear, 3e-7);
-        assert_int_equal((int)(linear_to_srgb(table.linear[i]) * 255.0f + 0.5f), i);
+        assert_near(tables.linear[i], linear, 3e-7);
+        assert_int_equal((int)(linear_to_srgb(tables.linear[i]) * 255.0f + 0.5f), i);
     }
 }
 
 static void float_images_are_linear(void **state)
 {
     (void)state;
-    clast_srgb_table table;
-    clast_srgb_table_fill(&table);
     const float pixel[] = {0.5f, 7.0f, 0.25f};
     clast_image image = {1, 1, 3, CLAST_PIXEL_FLOAT, pixel};
-    vec4 texel = clast_image_texel(&image, 0, 0, &table);
+    vec4 texel = clast_image_texel(&image, 0, 0, CLAST_ENCODING_SRGB, &tables);
     assert_true(texel[0] == 0.5f && texel[1] == 7.0f && texel[2] == 0.25f && texel[3] == 1.0f);
 }
 
@@ -159,12 +157,13 @@ static void the_second_coordinates_are_used_where_asked(void **state)
     clast_texture_use use = first_texture();
     use.coordinate_set = 1;
     vec2 coordinates[2] = {vec2(0.0f, 0.0f), vec2(1.0f, 1.0f)};
-    assert_near(clast_texture_value(scene, use, coordinates, NULL, splat3(0.0f))[0], 1.0, 0.0);
+    assert_near(clast_texture_value(scene, use, coordinates, CLAST_ENCODING_LINEAR, &tables, splat3(0.0f))[0], 1.0, 0.0);
     clast_scene_destroy(scene);
 }
 
 int main(void)
 {
+    clast_srgb_table_fill(&tables);
     const struct CMUnitTest tests[] = {
         CONTEXT_TEST(texel_centres_give_their_texels),
         CONTEXT_TEST(the_middle_is_the_mean),
