@@ -36,10 +36,11 @@ typedef struct clast_ray {
 /** What a ray hit. `instance` is CLAST_NONE where it hit nothing; the rest is undefined then, but for `steps`. */
 typedef struct clast_hit {
     float t;
-    float u, v;        /**< weights of the triangle's second and third corner */
-    float normal[3];   /**< perpendicular to the triangle in world space, of any length. It points to the side from which the
-                            triangle is seen counter-clockwise in object space, through mirroring transforms too: what is
-                            the front there stays the front, as glTF 2.0 has it */
+    float u, v; /**< weights of the triangle's second and third corner */
+    /** Perpendicular to the triangle in world space, of any length. It points to the side from which the triangle is seen
+     *  counter-clockwise in object space, through mirroring transforms too: what is the front there stays the front, as
+     *  glTF 2.0 has it. */
+    float normal[3];
     uint32_t instance; /**< clast_tlas_instance.id */
     uint32_t cluster;  /**< slot in the instance's BLAS's pool */
     uint32_t triangle; /**< triangle of the template, in the order in which it was given */
@@ -59,10 +60,10 @@ typedef struct clast_template_set clast_template_set;
 
 /** A cluster's topology. */
 typedef struct clast_template_desc {
-    uint32_t triangle_count;       /**< 1 to 256 */
-    uint32_t vertex_count;         /**< 1 to 256 */
-    const uint8_t *indices;        /**< 3 for each triangle, each below vertex_count */
-    const float *rest_positions;   /**< 3 for each vertex: typical positions, from which the treelet is built; null: from the order given */
+    uint32_t triangle_count;     /**< 1 to 256 */
+    uint32_t vertex_count;       /**< 1 to 256 */
+    const uint8_t *indices;      /**< 3 for each triangle, each below vertex_count */
+    const float *rest_positions; /**< 3 for each vertex, typical, to build the treelet from; null: from the order */
 } clast_template_desc;
 
 CLAST_API clast_status clast_template_set_create(clast_context *context, clast_template_set **set);
@@ -76,13 +77,15 @@ CLAST_API clast_status clast_template_set_add(clast_template_set *set, const cla
 /** Adds the template of a grid of `columns` x `rows` quads (1 to 11 each). Vertex (i, j) is number j * (columns + 1) + i.
  *  Quad (i, j) is triangles 2 q and 2 q + 1 with q = j * columns + i: (v00, v10, v11) and (v00, v11, v01).
  *  The same grid added twice gives the same number. */
-CLAST_API clast_status clast_template_set_add_grid(clast_template_set *set, uint32_t columns, uint32_t rows, uint32_t *number);
+CLAST_API clast_status clast_template_set_add_grid(clast_template_set *set, uint32_t columns, uint32_t rows,
+                                                   uint32_t *number);
 
 CLAST_API uint32_t clast_template_set_count(const clast_template_set *set);
 CLAST_API uint32_t clast_template_triangle_count(const clast_template_set *set, uint32_t number);
 CLAST_API uint32_t clast_template_vertex_count(const clast_template_set *set, uint32_t number);
 /** The corners of a triangle, as given. */
-CLAST_API void clast_template_triangle(const clast_template_set *set, uint32_t number, uint32_t triangle, uint32_t corners[3]);
+CLAST_API void clast_template_triangle(const clast_template_set *set, uint32_t number, uint32_t triangle,
+                                       uint32_t corners[3]);
 CLAST_API uint64_t clast_template_set_bytes(const clast_template_set *set);
 
 /* ------------------------------------------------------------------------------------------------------------- CLAS */
@@ -103,7 +106,8 @@ CLAST_API void clast_clas_pool_destroy(clast_clas_pool *pool);
 CLAST_API clast_status clast_clas_pool_reserve(clast_clas_pool *pool, size_t count);
 /** Fills slots [first, first + count), extending the pool to first + count slots if it is shorter, and fits their boxes to
  *  the vertices. Parallel. Vertices that are not finite make triangles that are never hit. */
-CLAST_API clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t count, const clast_clas_input *inputs);
+CLAST_API clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t count,
+                                              const clast_clas_input *inputs);
 /** Forgets the slots from `count` on. */
 CLAST_API void clast_clas_pool_truncate(clast_clas_pool *pool, size_t count);
 /** Fits the boxes of slots [first, first + count) anew, after their vertices changed. Parallel. */
@@ -133,10 +137,10 @@ typedef struct clast_tlas clast_tlas;
 
 /** An instance. */
 typedef struct clast_tlas_instance {
-    const clast_blas *blas;  /**< null: nothing there */
-    float transform[3][4];   /**< object to world, rows; one that cannot be inverted makes the instance invisible */
-    uint32_t id;             /**< what hits report; not CLAST_NONE */
-    uint32_t filtered;       /**< 1: hits are put to the filter, where there is one; 0: they count at once */
+    const clast_blas *blas; /**< null: nothing there */
+    float transform[3][4];  /**< object to world, rows; one that cannot be inverted makes the instance invisible */
+    uint32_t id;            /**< what hits report; not CLAST_NONE */
+    uint32_t filtered;      /**< 1: hits are put to the filter, where there is one; 0: they count at once */
 } clast_tlas_instance;
 
 CLAST_API clast_status clast_tlas_create(clast_context *context, clast_tlas **tlas);
@@ -148,11 +152,11 @@ CLAST_API uint64_t clast_tlas_bytes(const clast_tlas *tlas);
 
 /** The nearest hit of each ray. `filter` may be null. Ties at equal t go to the lower (instance id, cluster, triangle).
  *  Runs on the calling thread and never allocates: split large batches over threads as you like. */
-CLAST_API void clast_trace_closest(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
-                                   clast_hit *hits);
+CLAST_API void clast_trace_closest(const clast_tlas *tlas, const clast_ray *rays, size_t count,
+                                   const clast_hit_filter *filter, clast_hit *hits);
 /** Whether each ray hits anything: 1 or 0. */
-CLAST_API void clast_trace_any(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
-                               uint8_t *occluded);
+CLAST_API void clast_trace_any(const clast_tlas *tlas, const clast_ray *rays, size_t count,
+                               const clast_hit_filter *filter, uint8_t *occluded);
 
 #ifdef __cplusplus
 }

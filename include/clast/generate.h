@@ -12,8 +12,8 @@ extern "C" {
 #endif
 
 typedef struct clast_generate_desc {
-    const char *scene;  /**< which: "canyon" is the demonstration scene */
-    double detail;      /**< scales the number of triangles; 1 is about a million, 0.02 to 25; 0 is 1 */
+    const char *scene; /**< which: "canyon" is the demonstration scene */
+    double detail;     /**< scales the number of triangles; 1 is about a million, 0.02 to 25; 0 is 1 */
     uint32_t seed;
 } clast_generate_desc;
 

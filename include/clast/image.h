@@ -18,10 +18,10 @@ CLAST_API void clast_image_free(clast_context *context, clast_image *image);
 
 /** A layer of an EXR file. Its channels are named LAYER.X, or X alone where the name is empty. */
 typedef struct clast_image_layer {
-    const char *name;        /**< "" , "Albedo", "N", ... */
-    const char *channels;    /**< one letter each, as "RGB" or "XYZ" */
-    bool is_integer;         /**< uint32_t instead of float */
-    const void *pixels;      /**< interleaved */
+    const char *name;     /**< "" , "Albedo", "N", ... */
+    const char *channels; /**< one letter each, as "RGB" or "XYZ" */
+    bool is_integer;      /**< uint32_t instead of float */
+    const void *pixels;   /**< interleaved */
 } clast_image_layer;
 
 /** Writes an image by the extension of `path`: .png (UNORM8, UNORM16), .pfm (FLOAT, 1 or 3 channels), .exr (FLOAT), .hdr
@@ -29,14 +29,14 @@ typedef struct clast_image_layer {
  *  Errors: INVALID_ARGUMENT, UNSUPPORTED, FILE_WRITE, OUT_OF_MEMORY. */
 CLAST_API clast_status clast_image_write(clast_context *context, const char *path, const clast_image *image);
 /** Writes an EXR file of several layers, 32-bit, ZIP compressed. */
-CLAST_API clast_status clast_image_write_layers(clast_context *context, const char *path, uint32_t width, uint32_t height,
-                                                const clast_image_layer *layers, size_t count);
+CLAST_API clast_status clast_image_write_layers(clast_context *context, const char *path, uint32_t width,
+                                                uint32_t height, const clast_image_layer *layers, size_t count);
 
 /** How two images differ. Values are on the scale of the files: 0 to 1 for integer types. */
 typedef struct clast_image_difference {
     double mean_squared_error;
-    double maximum;                  /**< largest difference of a channel */
-    uint32_t maximum_x, maximum_y;   /**< where */
+    double maximum;                /**< largest difference of a channel */
+    uint32_t maximum_x, maximum_y; /**< where */
     uint64_t differing_pixels;
 } clast_image_difference;
 /** Compares images of the same size; INVALID_ARGUMENT otherwise. A missing alpha is 1; a grey one counts as three channels.

@@ -133,7 +133,9 @@
     REAL(time, 0.0, -1e9, 1e9, "SECONDS", "moment of the animation") \
     REAL(exposure, 0.0, -64.0, 64.0, "STOPS", "exposure of the picture, in powers of two") \
     CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \
-    TEXT(camera, "", "CAMERA", "name or number of a camera of the scene, or eye/target[/up[/fov]], as 0,1,4/0,0,0/0,1,0/45") \
-    TEXT(env, "", "ENV", "image file (.hdr, .png, .jpg), sky, or a colour such as 1,1,1; replaces the scene's environment")
+    TEXT(camera, "", "CAMERA", \
+         "name or number of a camera of the scene, or eye/target[/up[/fov]], as 0,1,4/0,0,0/0,1,0/45") \
+    TEXT(env, "", "ENV", \
+         "image file (.hdr, .png, .jpg), sky, or a colour such as 1,1,1; replaces the scene's environment")
 
 #endif

@@ -45,20 +45,23 @@ CLAST_API clast_status clast_renderer_commit(clast_renderer *renderer, const cla
 
 /** Rays against the scene as last committed; from any number of threads at once. Hits name the scene's instances. Alpha
  *  masks are honoured; blended surfaces count as hit where their alpha is at least a half. */
-CLAST_API clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const clast_ray *rays, size_t count, clast_hit *hits);
-CLAST_API clast_status clast_renderer_trace_any(const clast_renderer *renderer, const clast_ray *rays, size_t count, uint8_t *occluded);
+CLAST_API clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const clast_ray *rays, size_t count,
+                                                    clast_hit *hits);
+CLAST_API clast_status clast_renderer_trace_any(const clast_renderer *renderer, const clast_ray *rays, size_t count,
+                                                uint8_t *occluded);
 
 /** What lies at a hit. */
 typedef struct clast_surface {
-    float position[3];          /**< world space, on the triangle */
-    float geometric_normal[3];  /**< unit length, the counter-clockwise side of the mesh, also where an instance mirrors it */
-    float shading_normal[3];    /**< unit length, interpolated; no normal map */
-    float coordinates[2][2];    /**< texture coordinates, two sets; 0 where there are none */
+    float position[3];         /**< world space, on the triangle */
+    float geometric_normal[3]; /**< unit length, on the side that clast_hit.normal is on */
+    float shading_normal[3];   /**< unit length, interpolated; no normal map */
+    float coordinates[2][2];   /**< texture coordinates, two sets; 0 where there are none */
     uint32_t geometry;
-    uint32_t primitive;         /**< mesh: the triangle's number in the mesh as added */
+    uint32_t primitive; /**< mesh: the triangle's number in the mesh as added */
     uint32_t material;
 } clast_surface;
-CLAST_API clast_status clast_renderer_locate(const clast_renderer *renderer, const clast_hit *hit, clast_surface *surface);
+CLAST_API clast_status clast_renderer_locate(const clast_renderer *renderer, const clast_hit *hit,
+                                             clast_surface *surface);
 
 /** A picture to make: `pixels` is the caller's, width * height * channels (CLAST_VIEW_LIST) floats or uint32_t, row by row
  *  from the top. */
@@ -71,19 +74,19 @@ typedef struct clast_render_statistics {
     double pass_milliseconds[CLAST_PASS_COUNT_];
     double cook_milliseconds;
     double total_milliseconds;
-    uint32_t samples;             /**< per pixel, done; fewer than asked where cancelled */
-    uint64_t rays;                /**< all */
+    uint32_t samples; /**< per pixel, done; fewer than asked where cancelled */
+    uint64_t rays;    /**< all */
     uint64_t primary_rays;
-    uint64_t triangles;           /**< emitted this frame, over all units */
+    uint64_t triangles; /**< emitted this frame, over all units */
     uint64_t instanced_triangles;
     uint64_t clusters;
     uint64_t vertices;
     uint32_t units, instances, lights;
-    double rate;                  /**< of 1: what the budget left */
-    double cluster_fill;          /**< of 1: how full clusters are on average, by the fuller of triangles and vertices */
-    uint64_t minimum_triangles;   /**< the least budget that this scene can be drawn with */
+    double rate;                /**< of 1: what the budget left */
+    double cluster_fill;        /**< of 1: how full clusters are, by the fuller of triangles and vertices; mean */
+    uint64_t minimum_triangles; /**< the least budget that this scene can be drawn with */
     uint64_t scene_bytes, cook_bytes, template_bytes, clas_bytes, vertex_bytes, blas_bytes, tlas_bytes;
-    uint64_t memory_peak;         /**< clast's own accounting */
+    uint64_t memory_peak; /**< clast's own accounting */
     uint64_t process_memory_peak;
 } clast_render_statistics;
 
@@ -91,17 +94,20 @@ typedef struct clast_render_statistics {
  *  Errors: INVALID_ARGUMENT, STATE (nothing is committed). */
 CLAST_API clast_status clast_renderer_statistics(const clast_renderer *renderer, clast_render_statistics *statistics);
 
-/** Commits, then renders. All outputs come from the same rays. A scene with neither environment nor lights nor surfaces that
- *  emit (a textured emission of at most one does not count: it is a display or a glowing detail) is lit by a sky with a sun. Where the progress hook cancels, CLAST_ERROR_CANCELLED is
- *  returned and the outputs hold what was rendered so far, rightly exposed; statistics->samples says how much (0: nothing).
- *  `statistics` may be null. The same scene and settings give the same bits, whatever the threads or instruction set. */
+/** Commits, then renders. All outputs come from the same rays. A scene with neither environment nor lights nor surfaces
+ *  that emit (a textured emission of at most one does not count: it is a display or a glowing detail) is lit by a sky with
+ *  a sun. Where the progress hook cancels, CLAST_ERROR_CANCELLED is returned and the outputs hold what was rendered so far,
+ *  rightly exposed; statistics->samples says how much (0: nothing). `statistics` may be null. The same scene and settings
+ *  give the same bits, whatever the threads or instruction set. */
 CLAST_API clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,
-                                    const clast_render_output *outputs, size_t count, clast_render_statistics *statistics);
+                                    const clast_render_output *outputs, size_t count,
+                                    clast_render_statistics *statistics);
 
 /** Makes a picture to look at (RGB, 8 bit, sRGB) of a view: tone map and exposure for colour, legible false colours for the
  *  rest. `pixels` has 3 bytes for each pixel. */
-CLAST_API clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values, uint32_t width, uint32_t height,
-                                             const clast_render_settings *settings, uint8_t *pixels);
+CLAST_API clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values,
+                                             uint32_t width, uint32_t height, const clast_render_settings *settings,
+                                             uint8_t *pixels);
 
 #ifdef __cplusplus
 }

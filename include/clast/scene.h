@@ -56,18 +56,18 @@ typedef struct clast_texture_slot {
     uint32_t coordinate_set; /**< 0 or 1 */
     float offset[2];         /**< KHR_texture_transform */
     float scale[2];
-    float rotation;          /**< radians */
+    float rotation; /**< radians */
 } clast_texture_slot;
 
 /** A material: glTF 2.0 metallic-roughness. Begin with clast_material_defaults(). */
 typedef struct clast_material_desc {
-    float base_colour[4];    /**< linear, 0 to 1 */
-    float emissive[3];       /**< linear, any size */
-    float metallic;          /**< 0 to 1 */
-    float roughness;         /**< 0 to 1 */
+    float base_colour[4]; /**< linear, 0 to 1 */
+    float emissive[3];    /**< linear, any size */
+    float metallic;       /**< 0 to 1 */
+    float roughness;      /**< 0 to 1 */
     float normal_scale;
     float occlusion_strength;
-    float alpha_cutoff;      /**< for CLAST_ALPHA_MASK */
+    float alpha_cutoff; /**< for CLAST_ALPHA_MASK */
     clast_alpha_mode alpha_mode;
     bool double_sided;
     clast_texture_slot base_colour_texture;
@@ -81,11 +81,13 @@ typedef struct clast_material_desc {
 CLAST_API clast_material_desc clast_material_defaults(void);
 
 /** Each adds a copy and gives its number. `name` may be null. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY. */
-CLAST_API clast_status clast_scene_add_image(clast_scene *scene, const clast_image *image, const char *name, uint32_t *number);
+CLAST_API clast_status clast_scene_add_image(clast_scene *scene, const clast_image *image, const char *name,
+                                             uint32_t *number);
 CLAST_API clast_status clast_scene_add_texture(clast_scene *scene, const clast_texture *texture, uint32_t *number);
-CLAST_API clast_status clast_scene_add_material(clast_scene *scene, const clast_material_desc *material, const char *name,
-                                                uint32_t *number);
-CLAST_API clast_status clast_scene_set_material(clast_scene *scene, uint32_t number, const clast_material_desc *material);
+CLAST_API clast_status clast_scene_add_material(clast_scene *scene, const clast_material_desc *material,
+                                                const char *name, uint32_t *number);
+CLAST_API clast_status clast_scene_set_material(clast_scene *scene, uint32_t number,
+                                                const clast_material_desc *material);
 
 /* ----------------------------------------------------------------------------------------------------------- geometry */
 
@@ -93,30 +95,32 @@ CLAST_API clast_status clast_scene_set_material(clast_scene *scene, uint32_t num
 typedef struct clast_mesh {
     uint32_t vertex_count;
     uint32_t triangle_count;
-    const float *positions;      /**< 3 for each vertex */
-    const float *normals;        /**< 3 for each vertex, unit length */
-    const float *tangents;       /**< 4 for each vertex; the fourth is the bitangent's sign */
-    const float *coordinates[2]; /**< 2 for each vertex: texture coordinates, (0, 0) is the image's upper left */
-    const float *colours;        /**< 4 for each vertex, linear: times the base colour */
-    const uint32_t *indices;     /**< 3 for each triangle */
+    const float *positions;             /**< 3 for each vertex */
+    const float *normals;               /**< 3 for each vertex, unit length */
+    const float *tangents;              /**< 4 for each vertex; the fourth is the bitangent's sign */
+    const float *coordinates[2];        /**< 2 for each vertex: texture coordinates, (0, 0) is the image's upper left */
+    const float *colours;               /**< 4 for each vertex, linear: times the base colour */
+    const uint32_t *indices;            /**< 3 for each triangle */
     const uint32_t *triangle_materials; /**< one for each triangle, or null: `material` for all */
-    uint32_t material;           /**< CLAST_NONE: the scene's plain material */
+    uint32_t material;                  /**< CLAST_NONE: the scene's plain material */
 } clast_mesh;
 
 /** A sheet of grids that waves with time, in the plane y = 0 around the origin: the smallest animated, adaptive source. */
 typedef struct clast_wave {
-    float size;          /**< side length; more than 0 */
-    uint32_t tiles;      /**< grids along a side; 1 to 1024 */
-    float amplitude;     /**< height of the waves */
-    float wavelength;    /**< more than 0 */
-    float speed;         /**< wavelengths a second */
+    float size;       /**< side length; more than 0 */
+    uint32_t tiles;   /**< grids along a side; 1 to 1024 */
+    float amplitude;  /**< height of the waves */
+    float wavelength; /**< more than 0 */
+    float speed;      /**< wavelengths a second */
     uint32_t material;
 } clast_wave;
 
 /** Each adds a geometry (a copy of the arrays) and gives its number. A vertex that is not finite, or an index out of
  *  range, is INVALID_ARGUMENT. */
-CLAST_API clast_status clast_scene_add_mesh(clast_scene *scene, const clast_mesh *mesh, const char *name, uint32_t *geometry);
-CLAST_API clast_status clast_scene_add_wave(clast_scene *scene, const clast_wave *wave, const char *name, uint32_t *geometry);
+CLAST_API clast_status clast_scene_add_mesh(clast_scene *scene, const clast_mesh *mesh, const char *name,
+                                            uint32_t *geometry);
+CLAST_API clast_status clast_scene_add_wave(clast_scene *scene, const clast_wave *wave, const char *name,
+                                            uint32_t *geometry);
 /** Replaces a mesh's positions, and normals where given (else they go). The counts stay. */
 CLAST_API clast_status clast_scene_set_mesh_positions(clast_scene *scene, uint32_t geometry, const float *positions,
                                                       const float *normals);
@@ -125,9 +129,10 @@ CLAST_API clast_status clast_scene_set_mesh_positions(clast_scene *scene, uint32
 
 /** Places a geometry; `transform` is object to world, three rows of four, null for the identity. Numbers of removed
  *  instances are not used again. */
-CLAST_API clast_status clast_scene_add_instance(clast_scene *scene, uint32_t geometry, const float transform[12], const char *name,
-                                                uint32_t *instance);
-CLAST_API clast_status clast_scene_set_instance_transform(clast_scene *scene, uint32_t instance, const float transform[12]);
+CLAST_API clast_status clast_scene_add_instance(clast_scene *scene, uint32_t geometry, const float transform[12],
+                                                const char *name, uint32_t *instance);
+CLAST_API clast_status clast_scene_set_instance_transform(clast_scene *scene, uint32_t instance,
+                                                          const float transform[12]);
 CLAST_API clast_status clast_scene_set_instance_visible(clast_scene *scene, uint32_t instance, bool visible);
 CLAST_API clast_status clast_scene_remove_instance(clast_scene *scene, uint32_t instance);
 /** Repeats the whole scene in a square grid until `copies` of it stand side by side, a small gap apart. */
@@ -139,24 +144,25 @@ CLAST_API clast_status clast_scene_repeat(clast_scene *scene, uint32_t copies);
 typedef struct clast_light_desc {
     clast_light_type type;
     float position[3];
-    float direction[3];  /**< the way it shines; need not have unit length */
-    float colour[3];     /**< linear */
-    float intensity;     /**< point, spot: candela; directional: lux */
-    float range;         /**< 0 is endless */
-    float inner_angle;   /**< spot: radians from the axis; 0 to outer_angle */
-    float outer_angle;   /**< spot: up to pi / 2 */
+    float direction[3]; /**< the way it shines; need not have unit length */
+    float colour[3];    /**< linear */
+    float intensity;    /**< point, spot: candela; directional: lux */
+    float range;        /**< 0 is endless */
+    float inner_angle;  /**< spot: radians from the axis; 0 to outer_angle */
+    float outer_angle;  /**< spot: up to pi / 2 */
 } clast_light_desc;
-CLAST_API clast_status clast_scene_add_light(clast_scene *scene, const clast_light_desc *light, const char *name, uint32_t *number);
+CLAST_API clast_status clast_scene_add_light(clast_scene *scene, const clast_light_desc *light, const char *name,
+                                             uint32_t *number);
 
 /** What surrounds the scene. */
 typedef struct clast_environment {
     clast_environment_type type;
-    uint32_t image;        /**< IMAGE: a latitude-longitude picture: its middle is direction +x turned to -z by `rotation` */
-    float rotation;        /**< IMAGE: radians about the y axis */
-    float colour[3];       /**< CONSTANT: radiance; else a factor, where zero in all three is one */
+    uint32_t image;  /**< IMAGE: latitude and longitude; its middle is direction +x, turned to -z by `rotation` */
+    float rotation;  /**< IMAGE: radians about the y axis */
+    float colour[3]; /**< CONSTANT: radiance; else a factor, where zero in all three is one */
     float sun_direction[3]; /**< SKY: towards the sun */
-    float turbidity;       /**< SKY: haze, 1 (clear) to 10; 0 is 2.5 */
-    float sun_size;        /**< SKY: the sun's angular radius in radians; 0 is the real one, 0.00465 */
+    float turbidity;        /**< SKY: haze, 1 (clear) to 10; 0 is 2.5 */
+    float sun_size;         /**< SKY: the sun's angular radius in radians; 0 is the real one, 0.00465 */
 } clast_environment;
 CLAST_API clast_status clast_scene_set_environment(clast_scene *scene, const clast_environment *environment);
 
@@ -164,13 +170,14 @@ typedef struct clast_camera_desc {
     clast_projection projection;
     float position[3];
     float target[3];
-    float up[3];             /**< all zero is the y axis */
-    float vertical_angle;    /**< PERSPECTIVE: radians; 0 is 0.8 */
-    float height;            /**< ORTHOGRAPHIC: of what is seen */
-    float near_plane;        /**< 0 is none */
-    float far_plane;         /**< 0 is none */
+    float up[3];          /**< all zero is the y axis */
+    float vertical_angle; /**< PERSPECTIVE: radians; 0 is 0.8 */
+    float height;         /**< ORTHOGRAPHIC: of what is seen */
+    float near_plane;     /**< 0 is none */
+    float far_plane;      /**< 0 is none */
 } clast_camera_desc;
-CLAST_API clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc *camera, const char *name, uint32_t *number);
+CLAST_API clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc *camera, const char *name,
+                                              uint32_t *number);
 /** Adds a camera that sees the whole scene from the front, a little from above. */
 CLAST_API clast_status clast_scene_add_default_camera(clast_scene *scene, uint32_t *number);
 
@@ -178,7 +185,7 @@ CLAST_API clast_status clast_scene_add_default_camera(clast_scene *scene, uint32
 
 typedef struct clast_scene_counts {
     uint32_t images, textures, materials, geometries, instances, lights, cameras;
-    uint64_t triangles;          /**< of all mesh geometries */
+    uint64_t triangles; /**< of all mesh geometries */
     uint64_t instanced_triangles;
     uint64_t image_bytes;
 } clast_scene_counts;

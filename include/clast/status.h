@@ -24,9 +24,6 @@ typedef enum clast_status { CLAST_STATUS_LIST(CLAST_ENUMERATOR) } clast_status;
 typedef enum clast_isa { CLAST_ISA_AUTOMATIC = 0, CLAST_ISA_LIST(CLAST_ENUMERATOR) } clast_isa;
 typedef enum clast_log_level { CLAST_LOG_LIST(CLAST_ENUMERATOR) } clast_log_level;
 
-
-
-
 /** The one-line text of a status; never null, also for values that are none. */
 CLAST_API const char *clast_status_text(clast_status status);
 
