@@ -104,6 +104,8 @@ static inline bool clast_gltf_ok(const clast_gltf *gltf)
 }
 // A log line with the file and the place.
 void clast_gltf_warn(const clast_gltf *gltf, const clast_gltf_value *place, const char *format, ...) CLAST_PRINTF(3, 4);
+// Puts blanks in place of line ends and other control characters: what a file holds must not break a log's lines.
+void clast_gltf_make_line(char *text);
 // materials[3].name, into CLAST_GLTF_PLACE_SIZE bytes.
 void clast_gltf_write_place(const clast_gltf_value *value, char *text);
 

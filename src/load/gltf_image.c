@@ -33,6 +33,7 @@ static bool open_image(clast_gltf *gltf, image_job *job)
     if (uri != NULL && strncmp(uri, "data:", 5) != 0) {
         size_t length = strlen(job->name);
         snprintf(job->name + length, sizeof job->name - length, " (%.200s)", uri);
+        clast_gltf_make_line(job->name);
     }
     if ((uri != NULL) == (view != CLAST_NONE)) {
         return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "expected either a uri or a bufferView");

@@ -57,6 +57,15 @@ bool clast_gltf_check(clast_gltf *gltf, clast_status status)
     return status == CLAST_OK;
 }
 
+void clast_gltf_make_line(char *text)
+{
+    for (; *text != '\0'; text++) {
+        if ((unsigned char)*text < 32 || *text == 127) {
+            *text = ' ';
+        }
+    }
+}
+
 void clast_gltf_warn(const clast_gltf *gltf, const clast_gltf_value *place, const char *format, ...)
 {
     char where[CLAST_GLTF_PLACE_SIZE], what[512];
@@ -65,6 +74,7 @@ void clast_gltf_warn(const clast_gltf *gltf, const clast_gltf_value *place, cons
     va_start(arguments, format);
     vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
+    clast_gltf_make_line(what);
     clast_log(gltf->context, CLAST_LOG_WARNING, "%s: %s%s%s", gltf->path, where, where[0] != '\0' ? ": " : "", what);
 }
 

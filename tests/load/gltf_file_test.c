@@ -102,6 +102,8 @@ static void an_optional_extension_is_logged(void **state)
     assert_loads(f, "{" ASSET ",'extensionsUsed':['KHR_materials_unlit','KHR_lights_punctual']}");
     assert_non_null(strstr(f->log, "KHR_materials_unlit"));
     assert_null(strstr(f->log, "KHR_lights_punctual"));
+    assert_loads(f, "{" ASSET ",'extensionsUsed':['EVIL_\\nlines\\u001b']}");
+    assert_non_null(strstr(f->log, "EVIL_ lines  "));
 }
 
 // ------------------------------------------------------------------------------------------------------------- buffers
