@@ -149,10 +149,11 @@ static void choose_plane(const cut_bins *bins, const cut_limits *limits, cut_pla
     }
 }
 
-// Where no axis tells the centres apart, any halves are as good.
-static void halve(const cut_range *range, cut_pair *pair)
+// Where no axis tells the centres apart, any halves are as good, and best those of full clusters.
+static void halve(const cut_range *range, const cut_limits *limits, cut_pair *pair)
 {
-    uint32_t left = range->count / 2;
+    uint32_t left = range->count / 2 / limits->triangles * limits->triangles;
+    left = left != 0 ? left : 1;
     pair->left = pair->right = *range;
     pair->left.count = left;
     pair->right.begin += left;
@@ -216,7 +217,7 @@ void clast_cut_in_two_alone(cut_box *boxes, const cut_range *range, const cut_li
 {
     cut_plane plane = plane_of(range);
     if (plane.scale == 0.0f) {
-        halve(range, pair);
+        halve(range, limits, pair);
         return;
     }
     cut_bins bins;
@@ -362,7 +363,7 @@ clast_status clast_cut_in_two(clast_context *context, cut_box *boxes, const cut_
 {
     cut_plane plane = plane_of(range);
     if (plane.scale == 0.0f) {
-        halve(range, pair);
+        halve(range, limits, pair);
         return CLAST_OK;
     }
     uint32_t workers = clast_worker_count(context);

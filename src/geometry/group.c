@@ -17,6 +17,8 @@ enum {
 
 // How much a cluster more than needed costs, in areas of the box that is cut.
 #define EXTRA_CLUSTER 0.5f
+// Boxes count as wider by this, in sides of the group, so that those of flat, thin and equal triangles have areas to compare.
+#define PADDING 1e-4f
 // A group whose triangles have fewer corners of their own than this, in proportion to the limits, is never stopped by the
 // limit of vertices; its sweeps need not count them.
 #define VERTICES_MATTER 0.75f
@@ -63,15 +65,22 @@ static void fill_table(float *table, uint32_t count, uint32_t most)
     }
 }
 
-// How many clusters a part of so many vertices needs. Cut a connected sheet in two, and the vertices along the cut count
-// twice: a round piece of v vertices has about 4 sqrt(v) along its rim, each shared by two pieces, so k full pieces hold
-// k V = v + 2 k sqrt(V) - 2 sqrt(v) of them. `sharing` is 1 for such a sheet, 0 for triangles that share nothing.
+// Cut a connected sheet in two, and the vertices along the cut count twice: a round piece of v vertices has about 4 sqrt(v)
+// along its rim, each shared by two pieces, so k full pieces hold k V = v + 2 k sqrt(V) - 2 sqrt(v) of them. A cut through a
+// strip doubles two vertices: k V = v + 2 (k - 1). Of triangles that share nothing, a cluster leaves up to two vertices
+// unused: the same. `sharing` is 1 for a sheet, 0 for the others.
+static float own_vertices(uint32_t vertices, float sharing)
+{
+    return (float)vertices - 2.0f * (1.0f - sharing) - 2.0f * sharing * sqrtf((float)vertices);
+}
+
+// How many clusters a part of so many vertices needs.
 static void fill_vertex_table(group *g, uint32_t count, uint32_t most, float sharing)
 {
-    float full = (float)most - 2.0f * sharing * sqrtf((float)most);
+    float full = own_vertices(most, sharing);
     for (uint32_t i = 0; i < count; i++) {
-        float pieces = ((float)i - 2.0f * sharing * sqrtf((float)i)) / full;
-        g->vertex_clusters[i] = i <= most ? (float)(i != 0) : pieces <= 2.0f ? 2.0f : ceilf(pieces);
+        float pieces = ceilf(own_vertices(i, sharing) / (full > 1.0f ? full : 1.0f));
+        g->vertex_clusters[i] = i <= most ? 1.0f : pieces <= 2.0f ? 2.0f : pieces;
     }
 }
 
@@ -182,6 +191,11 @@ static uint32_t number_corners(group *g, const group_job *job, uint32_t begin, u
     return vertex + 1;
 }
 
+static inline float area_between(lanes lower, lanes upper)
+{
+    return box_half_area(lower, lanes_add(upper, lanes_all(PADDING)));
+}
+
 // ---------------------------------------------------------------------------------------------------------- counting
 
 static uint32_t next_tick(group *g)
@@ -235,9 +249,9 @@ static void sweep(group *g, const part *p, uint32_t axis, best_cut *best)
     for (uint32_t i = p->count; i-- > 1;) {
         lower = lanes_min(lower, g->lower[order[i]]);
         upper = lanes_max(upper, g->upper[order[i]]);
-        g->right_area[i] = box_half_area(lower, upper);
+        g->right_area[i] = area_between(lower, upper);
     }
-    float whole = box_half_area(lanes_min(lower, g->lower[order[0]]), lanes_max(upper, g->upper[order[0]])) * EXTRA_CLUSTER;
+    float whole = area_between(lanes_min(lower, g->lower[order[0]]), lanes_max(upper, g->upper[order[0]])) * EXTRA_CLUSTER;
     lower = box_none_lower();
     upper = box_none_upper();
     const float *clusters = g->triangle_clusters;
@@ -245,7 +259,7 @@ static void sweep(group *g, const part *p, uint32_t axis, best_cut *best)
         lower = lanes_min(lower, g->lower[order[i - 1]]);
         upper = lanes_max(upper, g->upper[order[i - 1]]);
         float left = clusters[i], right = clusters[p->count - i];
-        float cost = box_half_area(lower, upper) * left + g->right_area[i] * right + whole * (left + right);
+        float cost = area_between(lower, upper) * left + g->right_area[i] * right + whole * (left + right);
         if (cost < best->cost) {
             *best = (best_cut){cost, axis, i};
         }
@@ -262,10 +276,10 @@ static void sweep_counting(group *g, const part *p, uint32_t axis, best_cut *bes
         lower = lanes_min(lower, g->lower[order[i]]);
         upper = lanes_max(upper, g->upper[order[i]]);
         vertices += meet(g, order[i], tick);
-        g->right_area[i] = box_half_area(lower, upper);
+        g->right_area[i] = area_between(lower, upper);
         g->right_vertices[i] = (uint16_t)vertices;
     }
-    float whole = box_half_area(lanes_min(lower, g->lower[order[0]]), lanes_max(upper, g->upper[order[0]])) * EXTRA_CLUSTER;
+    float whole = area_between(lanes_min(lower, g->lower[order[0]]), lanes_max(upper, g->upper[order[0]])) * EXTRA_CLUSTER;
     lower = box_none_lower();
     upper = box_none_upper();
     tick = next_tick(g);
@@ -275,7 +289,7 @@ static void sweep_counting(group *g, const part *p, uint32_t axis, best_cut *bes
         upper = lanes_max(upper, g->upper[order[i - 1]]);
         vertices += meet(g, order[i - 1], tick);
         float left = clusters_for(g, i, vertices), right = clusters_for(g, p->count - i, g->right_vertices[i]);
-        float cost = box_half_area(lower, upper) * left + g->right_area[i] * right + whole * (left + right);
+        float cost = area_between(lower, upper) * left + g->right_area[i] * right + whole * (left + right);
         if (cost < best->cost) {
             *best = (best_cut){cost, axis, i};
         }
@@ -292,7 +306,7 @@ static void sweep_blocks(group *g, const part *p, uint32_t axis, best_cut *best)
         lower = lanes_min(lower, g->lower[order[i]]);
         upper = lanes_max(upper, g->upper[order[i]]);
         if (i % BLOCK == 0) {
-            g->right_area[i] = box_half_area(lower, upper);
+            g->right_area[i] = area_between(lower, upper);
         }
     }
     lower = box_none_lower();
@@ -301,7 +315,7 @@ static void sweep_blocks(group *g, const part *p, uint32_t axis, best_cut *best)
         lower = lanes_min(lower, g->lower[order[i - 1]]);
         upper = lanes_max(upper, g->upper[order[i - 1]]);
         if (i % BLOCK == 0) {
-            float cost = box_half_area(lower, upper) * (float)i + g->right_area[i] * (float)(p->count - i);
+            float cost = area_between(lower, upper) * (float)i + g->right_area[i] * (float)(p->count - i);
             if (cost < best->cost) {
                 *best = (best_cut){cost, axis, i};
             }
@@ -381,7 +395,7 @@ static float area_of(const group *g, const part *p)
         lower = lanes_min(lower, g->lower[g->order[0][i]]);
         upper = lanes_max(upper, g->upper[g->order[0][i]]);
     }
-    return box_half_area(lower, upper);
+    return area_between(lower, upper);
 }
 
 // Makes one sorted run of two that follow each other.

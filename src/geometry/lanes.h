@@ -32,7 +32,9 @@ static inline lanes lanes_three(const void *values)
 // Three floats where no fourth may be read. What is no finite number becomes 0, a negative zero a positive one.
 static inline lanes lanes_finite(const float *values)
 {
-    __m128 a = _mm_movelh_ps(_mm_castpd_ps(_mm_load_sd((const double *)(const void *)values)), _mm_load_ss(values + 2));
+    double two;
+    memcpy(&two, values, sizeof two); // may be misaligned for a double
+    __m128 a = _mm_movelh_ps(_mm_castpd_ps(_mm_set_sd(two)), _mm_load_ss(values + 2));
     __m128 magnitude = _mm_and_ps(a, _mm_castsi128_ps(_mm_set1_epi32(0x7fffffff)));
     return _mm_add_ps(_mm_and_ps(a, _mm_cmple_ps(magnitude, _mm_set1_ps(FLT_MAX))), _mm_setzero_ps());
 }
