@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reading EXR by OpenEXRCore: files of one flat part, by scanlines or tiles. The picture is the display window; what
 // the data window leaves out of it is 0.
+#include <math.h>
 #include <openexr.h>
 
 #include "load/image.h"
 
-enum { PLANES = 4 };
+enum { CHANNELS_MOST = 4 };
 
 typedef struct exr_reader {
     clast_context *context;
@@ -14,10 +15,8 @@ typedef struct exr_reader {
     exr_context_t file;
     char error[200]; // what the library said first
     exr_attr_box2i_t data, display;
-    const char *channels[PLANES]; // the file's channel for each of the image's
+    const char *channels[CHANNELS_MOST]; // the file's channel for each of the image's
     uint32_t channel_count;
-    uint8_t *planes; // a chunk's pixels, a plane for each channel
-    size_t planes_size;
     clast_image image;
 } exr_reader;
 
@@ -91,7 +90,7 @@ static clast_status choose_channels(exr_reader *reader)
     if (result != EXR_ERR_SUCCESS) {
         return failed(reader, result);
     }
-    const exr_attr_chlist_entry_t *chosen[PLANES] = {NULL};
+    const exr_attr_chlist_entry_t *chosen[CHANNELS_MOST] = {NULL};
     uint32_t count = 0;
     if (find_channel(list, "R") && find_channel(list, "G") && find_channel(list, "B")) {
         chosen[count++] = find_channel(list, "R");
@@ -185,106 +184,127 @@ static clast_status check_sizes(exr_reader *reader)
     return CLAST_OK;
 }
 
-static clast_status reserve_planes(exr_reader *reader, size_t size)
+// 16-bit IEEE 754.
+static float float_of_half(uint32_t half)
 {
-    if (size > reader->planes_size) {
-        clast_free(reader->context, reader->planes);
-        reader->planes_size = 0;
-        reader->planes = clast_allocate(reader->context, size, 1);
-        if (reader->planes == NULL) {
-            return CLAST_ERROR_OUT_OF_MEMORY;
-        }
-        reader->planes_size = size;
-    }
-    return CLAST_OK;
+    uint32_t exponent = half >> 10 & 31, fraction = half & 1023;
+    float size = exponent == 0    ? ldexpf((float)fraction, -24)
+                 : exponent < 31  ? ldexpf((float)(fraction | 1024), (int)exponent - 25)
+                 : fraction == 0u ? HUGE_VALF
+                                  : NAN;
+    return half & 0x8000 ? -size : size;
 }
 
-// Points the wanted channels of the decoder at the planes; gives each plane's stored type. Half becomes float.
-static bool aim_channels(exr_reader *reader, exr_decode_pipeline_t *decoder, uint16_t types[PLANES])
+// A stored value, little-endian.
+static float value_of(const uint8_t *bytes, uint16_t type)
 {
-    size_t plane = (size_t)decoder->chunk.width * (size_t)decoder->chunk.height * 4;
-    uint32_t aimed = 0;
-    for (int i = 0; i < decoder->channel_count; i++) {
-        exr_coding_channel_info_t *channel = &decoder->channels[i];
-        channel->decode_to_ptr = NULL;
-        for (uint32_t c = 0; c < reader->channel_count; c++) {
-            if (strcmp(channel->channel_name, reader->channels[c]) != 0) {
-                continue;
-            }
-            types[c] = channel->data_type == EXR_PIXEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
-            channel->user_data_type = types[c];
-            channel->user_bytes_per_element = 4;
-            channel->user_pixel_stride = 4;
-            channel->user_line_stride = decoder->chunk.width * 4;
-            channel->decode_to_ptr = reader->planes + c * plane;
-            aimed += channel->width == decoder->chunk.width && channel->height == decoder->chunk.height;
-        }
+    uint32_t word = (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8;
+    if (type == EXR_PIXEL_HALF) {
+        return float_of_half(word);
     }
-    return aimed == reader->channel_count;
+    word |= (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+    float value;
+    memcpy(&value, &word, sizeof value);
+    return type == EXR_PIXEL_UINT ? (float)word : value;
 }
 
-// Copies the part of a decoded chunk that lies in the display window. (left, top) is the chunk's place in pixel space.
-static void store_chunk(exr_reader *reader, const exr_chunk_info_t *chunk, int64_t left, int64_t top,
-                        const uint16_t types[PLANES])
+// Where a chunk's line comes to lie in the image.
+typedef struct exr_line {
+    int64_t left, y; // of the chunk's first pixel, relative to the display window
+} exr_line;
+
+static void store_channel(exr_reader *reader, exr_line line, uint32_t to, const exr_coding_channel_info_t *channel,
+                          const uint8_t *bytes)
 {
-    float *pixels = (float *)reader->image.pixels;
-    size_t plane = (size_t)chunk->width * (size_t)chunk->height * 4;
-    for (int64_t y = 0; y < chunk->height; y++) {
-        int64_t to_y = top + y - reader->display.min.y;
-        if (to_y < 0 || to_y >= reader->image.height) {
-            continue;
+    if (line.y < 0 || line.y >= reader->image.height) {
+        return;
+    }
+    float *row = (float *)reader->image.pixels + (size_t)line.y * reader->image.width * reader->channel_count + to;
+    for (int64_t x = 0; x < channel->width; x++) {
+        if (line.left + x >= 0 && line.left + x < reader->image.width) {
+            row[(size_t)(line.left + x) * reader->channel_count] = value_of(
+                bytes + (size_t)x * (size_t)channel->bytes_per_element, channel->data_type);
         }
-        for (int64_t x = 0; x < chunk->width; x++) {
-            int64_t to_x = left + x - reader->display.min.x;
-            if (to_x < 0 || to_x >= reader->image.width) {
+    }
+}
+
+// Which of the image's channels a channel of the file is; CLAST_NONE for none.
+static uint32_t place_of(const exr_reader *reader, const char *name)
+{
+    for (uint32_t c = 0; c < reader->channel_count; c++) {
+        if (strcmp(reader->channels[c], name) == 0) {
+            return c;
+        }
+    }
+    return CLAST_NONE;
+}
+
+// Takes a decompressed chunk apart: line by line, in each the channels one after the other. (The library's own functions for
+// this write through null where a file's channels are not what they expect.)
+static bool store_chunk(exr_reader *reader, const exr_decode_pipeline_t *decoder, clast_bytes bytes, int64_t left,
+                        int64_t top)
+{
+    uint64_t offset = 0;
+    for (int64_t y = 0; y < decoder->chunk.height; y++) {
+        exr_line line = {left - reader->display.min.x, top + y - reader->display.min.y};
+        for (int i = 0; i < decoder->channel_count; i++) {
+            const exr_coding_channel_info_t *channel = &decoder->channels[i];
+            if (channel->y_samples > 1 && (top + y) % channel->y_samples != 0) {
                 continue;
             }
-            float *to = pixels + ((size_t)to_y * reader->image.width + (size_t)to_x) * reader->channel_count;
-            for (uint32_t c = 0; c < reader->channel_count; c++) {
-                const uint8_t *from = reader->planes + c * plane + ((size_t)y * (size_t)chunk->width + (size_t)x) * 4;
-                uint32_t word;
-                memcpy(&word, from, 4);
-                memcpy(&to[c], from, 4);
-                to[c] = types[c] == EXR_PIXEL_UINT ? (float)word : to[c];
+            int size = channel->data_type == EXR_PIXEL_HALF ? 2 : 4;
+            clast_bytes values;
+            if (channel->width < 0 || channel->bytes_per_element != size ||
+                !clast_bytes_slice(bytes, offset, (uint64_t)channel->width * (uint64_t)size, &values)) {
+                return false;
+            }
+            offset += values.size;
+            uint32_t place = place_of(reader, channel->channel_name);
+            if (place != CLAST_NONE) {
+                store_channel(reader, line, place, channel, values.data);
             }
         }
     }
+    return true;
+}
+
+// Reads and decompresses a chunk.
+static exr_result_t decode_chunk(exr_reader *reader, exr_decode_pipeline_t *decoder, const exr_chunk_info_t *chunk)
+{
+    exr_result_t result = decoder->channels == NULL ? exr_decoding_initialize(reader->file, 0, chunk, decoder)
+                                                    : exr_decoding_update(reader->file, 0, chunk, decoder);
+    if (result == EXR_ERR_SUCCESS) {
+        result = exr_decoding_choose_default_routines(reader->file, 0, decoder);
+    }
+    decoder->unpack_and_convert_fn = NULL;
+    if (chunk->packed_size == chunk->unpacked_size) { // what packing made no smaller is stored as it is
+        decoder->decompress_fn = NULL;
+    }
+    return result == EXR_ERR_SUCCESS ? exr_decoding_run(reader->file, 0, decoder) : result;
 }
 
 static clast_status read_chunk(exr_reader *reader, exr_decode_pipeline_t *decoder, const exr_chunk_info_t *chunk,
                                int64_t left, int64_t top)
 {
-    // The library allocates what a chunk says that it unpacks to, and does not always hold that against the part's own
-    // size.
+    // The library allocates what a chunk says that it unpacks to, and does not always hold that against the part's own size.
     uint64_t largest = 0;
     exr_get_chunk_unpacked_size(reader->file, 0, &largest);
     if (chunk->width <= 0 || chunk->height <= 0 || chunk->unpacked_size > largest ||
         chunk->packed_size > reader->bytes.size) {
         return malformed(reader, "a chunk has an impossible size");
     }
-    size_t size = (size_t)chunk->width * (size_t)chunk->height * 4 * reader->channel_count;
-    clast_status status = size <= CLAST_IMAGE_BYTES ? reserve_planes(reader, size)
-                                                    : malformed(reader, "a chunk has an impossible size");
-    if (status != CLAST_OK) {
-        return status;
-    }
-    exr_result_t result = decoder->channels == NULL ? exr_decoding_initialize(reader->file, 0, chunk, decoder)
-                                                    : exr_decoding_update(reader->file, 0, chunk, decoder);
+    exr_result_t result = decode_chunk(reader, decoder, chunk);
     if (result != EXR_ERR_SUCCESS) {
         return failed(reader, result);
     }
-    uint16_t types[PLANES];
-    if (!aim_channels(reader, decoder, types)) {
-        return malformed(reader, "a chunk lacks a channel");
+    bool is_packed = decoder->decompress_fn != NULL;
+    clast_bytes bytes = {is_packed ? decoder->unpacked_buffer : decoder->packed_buffer, chunk->unpacked_size};
+    if (!is_packed && chunk->packed_size < chunk->unpacked_size) {
+        bytes.size = chunk->packed_size;
     }
-    result = exr_decoding_choose_default_routines(reader->file, 0, decoder);
-    if (result == EXR_ERR_SUCCESS) {
-        result = exr_decoding_run(reader->file, 0, decoder);
+    if (bytes.data == NULL || !store_chunk(reader, decoder, bytes, left, top)) {
+        return malformed(reader, "a chunk ends early");
     }
-    if (result != EXR_ERR_SUCCESS) {
-        return failed(reader, result);
-    }
-    store_chunk(reader, chunk, left, top, types);
     return CLAST_OK;
 }
 
@@ -365,7 +385,6 @@ clast_status clast_exr_decode(clast_context *context, const char *name, clast_by
     if (reader.file != NULL) {
         exr_finish(&reader.file);
     }
-    clast_free(context, reader.planes);
     if (status != CLAST_OK) {
         clast_image_free(context, &reader.image);
         return status;

@@ -129,6 +129,8 @@ static void exr_packed_otherwise_is_the_same(void **state)
     }
     assert_same(*state, "exr-compression/f16", "decompressed_pxr24.exr", "pxr24.exr");
     assert_same(*state, "exr-compression/f32", "decompressed_pxr24.exr", "pxr24.exr");
+    assert_same(*state, "exr-compression/f16", "decompressed_b44.exr", "b44.exr");
+    assert_same(*state, "exr-compression/f16", "decompressed_b44a.exr", "b44a.exr");
     assert_same(*state, "exr-compression/u16", "f32_zip.exr", "f32_piz.exr");
     assert_same(*state, "exr-compression/u16", "f16_rle.exr", "f16_piz.exr");
 }
