@@ -12,7 +12,7 @@ FN float aces_curve(float x) { return rough_divide(x * (x + 0.0245786f) - 0.0000
 // a curve for each, back. The gain before it leaves a mid grey of 0.18 as bright as it was.
 FN vec3 tone_map_aces(vec3 colour)
 {
-    vec3 c = colour * 1.6666667f;
+    vec3 c = colour * 1.462f;
     float r = aces_curve(0.59719f * c[0] + 0.35458f * c[1] + 0.04823f * c[2]);
     float g = aces_curve(0.07600f * c[0] + 0.90834f * c[1] + 0.01566f * c[2]);
     float b = aces_curve(0.02840f * c[0] + 0.13383f * c[1] + 0.83777f * c[2]);
