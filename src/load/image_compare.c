@@ -7,7 +7,7 @@
 // A pixel's four channels on the scale of the file; grey counts as three, a missing alpha is 1.
 static void read_pixel(const clast_image *image, size_t number, double pixel[4])
 {
-    double values[4];
+    double values[4] = {0.0};
     for (uint32_t c = 0; c < image->channels; c++) {
         size_t i = number * image->channels + c;
         switch (image->type) {

@@ -229,7 +229,7 @@ static clast_status read_pixels(hdr_reader *reader, unsigned char *scratch, clas
 clast_status clast_hdr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
 {
     hdr_reader reader = {.context = context, .name = name, .bytes = bytes, .exposure = 1.0};
-    uint64_t width, height;
+    uint64_t width = 0, height = 0;
     clast_status status = read_header(&reader, &width, &height);
     if (status != CLAST_OK) {
         return status;
