@@ -299,7 +299,7 @@ static bool allocate_arrays(const mesh_builder *builder, mesh_arrays *arrays)
 static clast_status add_mesh(mesh_builder *builder, const char *name)
 {
     const clast_obj *obj = builder->obj;
-    mesh_arrays arrays = {NULL};
+    mesh_arrays arrays = {0};
     if (!allocate_arrays(builder, &arrays)) {
         clast_free(obj->context, arrays.positions);
         clast_free(obj->context, arrays.normals);
