@@ -59,13 +59,14 @@ static float largest_of(const float v[3])
 
 // -------------------------------------------------------------------------------------------------------------- spaces
 
-// A ray as boxes see it.
+// A ray as boxes see it. The fourth lanes are zero.
 typedef struct space {
-    float origin[3];
-    float inverse[3]; // 1 / direction, scaled
-    float pad[3];
-    int flip[3];      // 3 where the direction is negative: the upper side comes first
-    int exponent;     // distances here are the ray's t times 2^exponent
+    clast_floats4 origin;
+    clast_floats4 inverse; // 1 / direction, scaled
+    clast_floats4 pad;
+    uint32_t first[3]; // where the sides begin that the ray meets first: the upper ones where it runs downwards
+    uint32_t last[3];
+    int exponent; // distances here are the ray's t times 2^exponent
     float t_min;
 } space;
 
@@ -82,16 +83,17 @@ static float reach_of(const float origin[3], const clast_box *box)
 // `direction` has its largest component in [1, 2); `exponent` says how the ray's t becomes a multiple of it.
 static space make_space(const float origin[3], const float direction[3], int exponent, float reach, float pad, float t_min)
 {
-    space s;
+    space s = {.exponent = exponent};
     int scale = reach > 0.0f ? -exponent_of(reach) : SCALE_MOST;
     scale = scale > SCALE_MOST ? SCALE_MOST : scale;
-    for (int axis = 0; axis < 3; axis++) {
+    for (uint32_t axis = 0; axis < 3; axis++) {
         float inverse = 1.0f / direction[axis];
         inverse = fabsf(inverse) <= INVERSE_MOST ? inverse : direction[axis] < 0.0f ? -INVERSE_MOST : INVERSE_MOST;
         s.origin[axis] = origin[axis];
         s.inverse[axis] = inverse * two_to(scale);
         s.pad[axis] = fabsf(s.inverse[axis]) * pad;
-        s.flip[axis] = inverse < 0.0f ? 3 : 0;
+        s.first[axis] = (axis + (inverse < 0.0f ? 3 : 0)) * TREE_WIDTH;
+        s.last[axis] = (axis + (inverse < 0.0f ? 0 : 3)) * TREE_WIDTH;
     }
     s.exponent = exponent + scale;
     s.t_min = scale_by(t_min, s.exponent);
@@ -103,18 +105,32 @@ typedef struct box_hits {
     uint32_t bits;
 } box_hits;
 
-// Which of eight boxes the ray meets between its t_min and `limit`.
-CLAST_LANES box_hits test_boxes(const space *s, const float lower[3], const uint8_t exponents[3], const clast_box_group *group,
-                                float limit)
+// How a ray sees quantised boxes over one base: the distance to a side is its number of steps times `step`, plus `near` or
+// `far`, one lane for each axis.
+typedef struct grid {
+    clast_floats4 step, near, far;
+} grid;
+
+// `lower` is followed by the three biased exponents and another byte, in nodes and clusters alike.
+CLAST_LANES grid make_grid(const space *s, const float *lower)
 {
+    clast_floats4 base = load_three4(lower);
+    uint32_t exponents;
+    memcpy(&exponents, lower + 3, sizeof exponents);
+    clast_ints4 biased = {(int32_t)(exponents & 255), (int32_t)(exponents >> 8 & 255), (int32_t)(exponents >> 16 & 255), 0};
+    clast_floats4 shift = (base - s->origin) * s->inverse;
+    return (grid){(clast_floats4)(biased << 23) * s->inverse, shift - s->pad, shift + s->pad};
+}
+
+// Which of eight boxes the ray meets between its t_min and `limit`.
+CLAST_LANES box_hits test_boxes(const space *s, const grid *g, const clast_box_group *group, float limit)
+{
+    const uint8_t *planes = group->planes[0];
     clast_floats8 near = splat8(s->t_min), far = splat8(limit);
     for (int axis = 0; axis < 3; axis++) {
-        clast_floats8 step = splat8(power_of_two(exponents[axis]) * s->inverse[axis]);
-        float shift = (lower[axis] - s->origin[axis]) * s->inverse[axis];
-        clast_floats8 first = load_bytes8(group->planes[axis + s->flip[axis]]) * step + splat8(shift - s->pad[axis]);
-        clast_floats8 last = load_bytes8(group->planes[axis + (s->flip[axis] ^ 3)]) * step + splat8(shift + s->pad[axis]);
-        near = max8(first, near);
-        far = min8(last, far);
+        clast_floats8 step = splat8(g->step[axis]);
+        near = max8(load_bytes8(planes + s->first[axis]) * step + splat8(g->near[axis]), near);
+        far = min8(load_bytes8(planes + s->last[axis]) * step + splat8(g->far[axis]), far);
     }
     return (box_hits){near, bits8(near <= far)};
 }
@@ -124,22 +140,37 @@ typedef struct stack_entry {
     uint32_t child;
 } stack_entry;
 
-// Pushes a node's children that were hit, the nearest on top; of equal ones the first.
-CLAST_LANES uint32_t push_children(stack_entry *stack, uint32_t height, const uint32_t *children, const box_hits *hits,
-                                   uint32_t bits)
+// Puts an entry among those above `bottom`, the nearest on top; of equal ones the first to come.
+CLAST_LANES void push_sorted(stack_entry *stack, uint32_t bottom, uint32_t *height, stack_entry entry)
 {
-    uint32_t bottom = height;
-    while (bits != 0) {
-        uint32_t lane = (uint32_t)__builtin_ctz(bits);
-        bits &= bits - 1;
-        float near = hits->near[lane];
-        uint32_t place = height++;
-        for (; place > bottom && stack[place - 1].near <= near; place--) {
-            stack[place] = stack[place - 1];
-        }
-        stack[place] = (stack_entry){near, children[lane]};
+    uint32_t place = (*height)++;
+    for (; place > bottom && stack[place - 1].near <= entry.near; place--) {
+        stack[place] = stack[place - 1];
     }
-    return height;
+    stack[place] = entry;
+}
+
+// The children of a node that were hit: gives the nearest, pushes the others. There must be one.
+CLAST_LANES stack_entry nearest_child(stack_entry *stack, uint32_t *height, const uint32_t *children, const box_hits *hits)
+{
+    float near[TREE_WIDTH];
+    memcpy(near, &hits->near, sizeof near);
+    uint32_t bits = hits->bits, lane = (uint32_t)__builtin_ctz(bits);
+    stack_entry nearest = {near[lane], children[lane]};
+    bits &= bits - 1;
+    uint32_t bottom = *height;
+    while (bits != 0) {
+        lane = (uint32_t)__builtin_ctz(bits);
+        bits &= bits - 1;
+        stack_entry entry = {near[lane], children[lane]};
+        if (entry.near < nearest.near) {
+            stack_entry other = nearest;
+            nearest = entry;
+            entry = other;
+        }
+        push_sorted(stack, bottom, height, entry);
+    }
+    return nearest;
 }
 
 // ---------------------------------------------------------------------------------------------------------------- state
@@ -284,27 +315,29 @@ CLAST_LANES bool test_block(traversal *w, uint32_t slot, const clast_clas *clas,
 }
 
 // The blocks of a cluster whose boxes the ray meets, the nearest first. Gives true where the search is over.
-CLAST_LANES bool test_cluster(traversal *w, uint32_t slot)
+CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const clast_clas *clas)
 {
-    const clast_clas *clas = clast_pool_slot(w->placement->blas->pool, slot);
     stack_entry blocks[TEMPLATE_BLOCKS];
-    uint32_t count = 0;
-    for (uint32_t first = 0; first < clas->block_count; first += TREE_WIDTH) {
-        box_hits hits = test_boxes(&w->object, clas->lower, clas->exponents, &clas->groups[first / TREE_WIDTH], w->limit);
-        uint32_t left = clas->block_count - first;
+    uint32_t count = 0, block_count = clas->block_count;
+    grid g = make_grid(s, clas->lower);
+    for (uint32_t first = 0; first < block_count; first += TREE_WIDTH) {
+        box_hits hits = test_boxes(s, &g, &clas->groups[first / TREE_WIDTH], w->limit);
+        uint32_t left = block_count - first;
         uint32_t bits = hits.bits & (left < TREE_WIDTH ? (1u << left) - 1u : 0xffu);
+        if (bits == 0) {
+            continue;
+        }
+        float near[TREE_WIDTH];
+        memcpy(near, &hits.near, sizeof near);
         while (bits != 0) {
             uint32_t lane = (uint32_t)__builtin_ctz(bits);
             bits &= bits - 1;
-            uint32_t place = count++;
-            for (; place > 0 && blocks[place - 1].near > hits.near[lane]; place--) {
-                blocks[place] = blocks[place - 1];
-            }
-            blocks[place] = (stack_entry){hits.near[lane], first + lane};
+            __builtin_prefetch(&clas->topology->blocks[first + lane]);
+            push_sorted(blocks, 0, &count, (stack_entry){near[lane], first + lane});
         }
     }
-    for (uint32_t i = 0; i < count && blocks[i].near <= w->limit; i++) {
-        if (test_block(w, slot, clas, &clas->topology->blocks[blocks[i].child])) {
+    while (count > 0 && blocks[--count].near <= w->limit) {
+        if (test_block(w, slot, clas, &clas->topology->blocks[blocks[count].child])) {
             return true;
         }
     }
@@ -317,26 +350,38 @@ CLAST_LANES bool test_cluster(traversal *w, uint32_t slot)
 static bool traverse_blas(traversal *w)
 {
     const clast_node *nodes = w->placement->blas->tree.nodes;
+    const uint8_t *slots = w->placement->blas->pool->slots;
+    size_t stride = w->placement->blas->pool->stride;
+    const space s = w->object;
     stack_entry stack[TREE_STACK];
-    uint32_t height = 1;
-    stack[0] = (stack_entry){-INFINITY, 0};
-    while (height > 0) {
-        stack_entry top = stack[--height];
-        if (top.near > w->limit) {
-            continue;
-        }
-        w->steps++;
-        if ((top.child & CLAST_CHILD_ITEM) != 0) {
-            if (test_cluster(w, top.child & ~CLAST_CHILD_ITEM)) {
+    uint32_t height = 0, steps = 0;
+    stack_entry top = {-INFINITY, 0};
+    for (;;) {
+        steps++;
+        if ((top.child & CLAST_CHILD_ITEM) == 0) {
+            const clast_node *node = &nodes[top.child];
+            grid g = make_grid(&s, node->lower);
+            box_hits hits = test_boxes(&s, &g, &node->boxes, w->limit);
+            hits.bits &= (1u << node->child_count) - 1u;
+            if (hits.bits != 0) {
+                top = nearest_child(stack, &height, node->children, &hits);
+                continue;
+            }
+        } else {
+            uint32_t slot = top.child & ~CLAST_CHILD_ITEM;
+            if (test_cluster(w, &s, slot, (const clast_clas *)(const void *)(slots + slot * stride))) {
+                w->steps += steps;
                 return true;
             }
-            continue;
         }
-        const clast_node *node = &nodes[top.child];
-        box_hits hits = test_boxes(&w->object, node->lower, node->exponents, &node->boxes, w->limit);
-        height = push_children(stack, height, node->children, &hits, hits.bits & ((1u << node->child_count) - 1u));
+        do {
+            if (height == 0) {
+                w->steps += steps;
+                return false;
+            }
+            top = stack[--height];
+        } while (top.near > w->limit);
     }
-    return false;
 }
 
 // Brings the ray into an instance's object space. False where it cannot hit anything there.
@@ -403,27 +448,31 @@ CLAST_LANES void traverse(const clast_tlas *tlas, traversal *w)
                              ray->t_min);
     float limit = scale_by(w->best.t, world.exponent);
     stack_entry stack[TREE_STACK];
-    uint32_t height = 1;
-    stack[0] = (stack_entry){-INFINITY, 0};
-    while (height > 0) {
-        stack_entry top = stack[--height];
-        if (top.near > limit) {
-            continue;
-        }
-        if ((top.child & CLAST_CHILD_ITEM) != 0) {
-            const clast_placement *placement = &tlas->placements[top.child & ~CLAST_CHILD_ITEM];
-            if (enter_instance(w, placement, direction, exponent)) {
-                if (traverse_blas(w)) {
-                    return;
-                }
-                limit = scale_by(w->best.t, world.exponent);
+    uint32_t height = 0;
+    stack_entry top = {-INFINITY, 0};
+    for (;;) {
+        if ((top.child & CLAST_CHILD_ITEM) == 0) {
+            w->steps++;
+            const clast_node *node = &tlas->tree.nodes[top.child];
+            grid g = make_grid(&world, node->lower);
+            box_hits hits = test_boxes(&world, &g, &node->boxes, limit);
+            hits.bits &= (1u << node->child_count) - 1u;
+            if (hits.bits != 0) {
+                top = nearest_child(stack, &height, node->children, &hits);
+                continue;
             }
-            continue;
+        } else if (enter_instance(w, &tlas->placements[top.child & ~CLAST_CHILD_ITEM], direction, exponent)) {
+            if (traverse_blas(w)) {
+                return;
+            }
+            limit = scale_by(w->best.t, world.exponent);
         }
-        w->steps++;
-        const clast_node *node = &tlas->tree.nodes[top.child];
-        box_hits hits = test_boxes(&world, node->lower, node->exponents, &node->boxes, limit);
-        height = push_children(stack, height, node->children, &hits, hits.bits & ((1u << node->child_count) - 1u));
+        do {
+            if (height == 0) {
+                return;
+            }
+            top = stack[--height];
+        } while (top.near > limit);
     }
 }
 
