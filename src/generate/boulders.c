@@ -271,6 +271,12 @@ void clast_canyon_build_grass(clast_canyon *canyon, double triangles)
     for (uint32_t i = 0; i < 3; i++) {
         meshes[i] = build_tuft(canyon, "tuft", blades, rows, hash2(canyon->seed + 600, i));
     }
+    static const float known[][2] = {{-4.7f, 18.7f}, {-4.2f, 19.3f}, {-8.4f, 20.4f}, {0.7f, 17.3f}, {-1.9f, 18.4f}, {-7.6f, 17.6f}, {4.6f, 18.3f}};
+    for (uint32_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        float x = known[i][0], z = known[i][1];
+        vec3 place = vec3(x, clast_canyon_ground(canyon, x, z) - 0.02f, z);
+        clast_gltf_add_node(&canyon->writer, "tuft", meshes[i % 3], place, random_rotation(hash2(canyon->seed + 605, i), 0.05f), splat3(0.75f));
+    }
     for (uint32_t i = 0, tries = 0; i < 260 && tries < 6000; tries++) {
         uint own = hash2(canyon->seed + 610, tries);
         float turns = chance(own, 1, 1), radius = 17.6f + 46.0f * square(chance(own, 2, 1));

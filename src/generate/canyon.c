@@ -8,9 +8,9 @@ static const char NAME[] = "canyon";
 static const double TRIANGLES = 1e6; // at detail 1
 
 // Towards the sun: low, from the right of the main view and a little behind the viewer, so that it rakes over the carving.
-static const float SUN[3] = {0.868f, 0.262f, 0.422f};
+static const float SUN[3] = {0.895f, 0.240f, 0.376f};
 static const float TURBIDITY = 3.0f;
-static const float EXPOSURE = 0.0f;
+static const float EXPOSURE = 1.2f;
 
 static const struct {
     const char *name;
@@ -18,7 +18,7 @@ static const struct {
 } cameras[] = {
     {"hero", {-10.6f, 2.1f, 27.5f}, {1.1f, 6.1f, 0.0f}, 37.0f},
     {"ornament", {-3.4f, 7.6f, 10.6f}, {-1.5f, 8.6f, 0.0f}, 34.0f},
-    {"wide", {-31.0f, 11.0f, 52.0f}, {6.0f, 10.0f, -20.0f}, 48.0f},
+    {"wide", {-36.0f, 13.0f, 54.0f}, {2.0f, 13.0f, -24.0f}, 50.0f},
 };
 
 static void add_materials(clast_canyon *canyon)
@@ -37,17 +37,21 @@ static void add_materials(clast_canyon *canyon)
     }
 }
 
+static double max_double(double a, double b) { return a < b ? b : a; }
+
 static void build_meshes(clast_canyon *canyon)
 {
     double triangles = TRIANGLES * canyon->detail;
     canyon->builder = (clast_builder){.context = canyon->context, .writer = &canyon->writer, .expected = (uint64_t)triangles};
-    clast_canyon_build_monument(canyon, triangles * 0.42);
-    clast_canyon_build_columns(canyon, triangles * 0.095);
+    // Stones are many and none has less than its few sides: the others share what they leave.
     clast_canyon_build_masonry(canyon, triangles * 0.10);
-    clast_canyon_build_terrain(canyon, triangles * 0.15);
-    clast_canyon_build_mesas(canyon, triangles * 0.175);
-    clast_canyon_build_boulders(canyon, triangles * 0.05);
-    clast_canyon_build_grass(canyon, triangles * 0.01);
+    double rest = max_double(triangles - (double)canyon->writer.triangle_count, 0.5 * triangles);
+    clast_canyon_build_monument(canyon, rest * 0.465);
+    clast_canyon_build_columns(canyon, rest * 0.105);
+    clast_canyon_build_terrain(canyon, rest * 0.165);
+    clast_canyon_build_mesas(canyon, rest * 0.20);
+    clast_canyon_build_boulders(canyon, rest * 0.055);
+    clast_canyon_build_grass(canyon, rest * 0.01);
     clast_builder_end(&canyon->builder);
 }
 

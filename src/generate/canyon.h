@@ -46,7 +46,7 @@ typedef struct clast_canyon {
 
 // What the parts are made of, linear; textures vary it.
 #define CLAST_SAND_COLOUR vec3(0.66f, 0.42f, 0.245f)
-#define CLAST_STONE_COLOUR vec3(0.68f, 0.56f, 0.42f)
+#define CLAST_STONE_COLOUR vec3(0.64f, 0.515f, 0.375f)
 #define CLAST_HAZE_COLOUR vec3(0.50f, 0.43f, 0.44f)
 
 static const float CLAST_PLAZA_RADIUS = 17.0f;

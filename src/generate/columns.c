@@ -137,7 +137,7 @@ static void place_drums(clast_canyon *canyon, uint32_t drum)
     } drums[] = {
         {10.6f, 9.6f, 0.13f, 0.1f, 0.05f}, {9.4f, 11.6f, 0.05f, 0.3f, 0.08f}, {4.4f, 17.0f, 0.42f, 0.7f, 0.16f},
         {7.6f, 18.9f, 0.30f, 0.5f, 0.24f}, {-8.6f, -11.2f, 0.2f, 0.2f, 0.05f}, {14.6f, 14.0f, 0.17f, 0.9f, 0.2f},
-        {-13.2f, 19.0f, 0.36f, 0.4f, 0.26f},
+        {-13.2f, 19.0f, 0.36f, 0.4f, 0.26f}, {-0.7f, 17.9f, 0.07f, 0.15f, 0.10f},
     };
     vec4 lying = vec4(0.70710678f, 0.0f, 0.0f, 0.70710678f); // its axis becomes z
     for (uint32_t i = 0; i < sizeof drums / sizeof drums[0]; i++) {

@@ -95,7 +95,7 @@ static void lay_kerb(mason *m)
     for (uint32_t i = 0; i < count; i++) {
         uint own = hash2(seed, i);
         float turn = ((float)i + 0.5f) / (float)count;
-        if (abs1(turn - 0.25f) < 0.062f || chance(own, 1, 1) < 0.24f) {
+        if (abs1(turn - 0.25f) < 0.075f || chance(own, 1, 1) < 0.24f) {
             continue; // the way in, from +z; and gaps
         }
         float fallen = chance(own, 2, 1) < 0.25f ? 1.0f : 0.0f;
