@@ -24,7 +24,8 @@ static boulder make_boulder(uint seed)
 {
     boulder b = {.seed = seed};
     vec3 bedding = normalize3(vec3(0.22f * swing(seed, 1, 9), 1.0f, 0.22f * swing(seed, 2, 9)));
-    vec3 joint = normalize3(cross3(bedding, vec3(wave_cosine(chance(seed, 3, 9)), 0.0f, wave_sine(chance(seed, 3, 9)))));
+    vec3 joint = normalize3(
+        cross3(bedding, vec3(wave_cosine(chance(seed, 3, 9)), 0.0f, wave_sine(chance(seed, 3, 9)))));
     vec3 cross = cross3(bedding, joint);
     const vec3 axes[6] = {bedding, bedding * -1.0f, joint, joint * -1.0f, cross, cross * -1.0f};
     for (uint i = 0; i < PLANES; i++) {
@@ -32,7 +33,8 @@ static boulder make_boulder(uint seed)
         b.normals[i] = normalize3(i < 6 ? axes[i] + loose * 0.16f : loose);
         b.distances[i] = i < 6 ? 0.66f + 0.14f * chance(seed, i, 4) : 0.80f + 0.20f * chance(seed, i, 4);
     }
-    b.stretch = vec3(1.0f + 0.35f * chance(seed, 5, 9), 0.72f + 0.32f * chance(seed, 6, 9), 0.85f + 0.2f * chance(seed, 7, 9));
+    b.stretch = vec3(1.0f + 0.35f * chance(seed, 5, 9), 0.72f + 0.32f * chance(seed, 6, 9),
+                     0.85f + 0.2f * chance(seed, 7, 9));
     return b;
 }
 
@@ -48,7 +50,8 @@ static vec3 boulder_surface(const boulder *b, vec3 direction, float *hollow)
     }
     vec3 p = direction * radius;
     float large = clast_fractal3(p * 1.3f, 3, b->seed + 1);
-    clast_cells facets = clast_cells3(p * 2.1f + vec3(large, clast_noise3(p * 3.1f, b->seed + 8), -large) * 0.35f, b->seed + 2);
+    clast_cells facets = clast_cells3(p * 2.1f + vec3(large, clast_noise3(p * 3.1f, b->seed + 8), -large) * 0.35f,
+                                      b->seed + 2);
     float step = unit_float(facets.id) - 0.5f;
     // Cracks here and there, not around every facet.
     float torn = smooth_step(0.05f, 0.30f, clast_noise3(p * 1.7f, b->seed + 5));
@@ -69,7 +72,8 @@ static void evaluate_boulder(const void *shape, vec3 lattice, uint32_t face, cla
     vec3 direction = normalize3(lattice * (splat3(1.0f) + lattice * lattice * 0.2f)); // nearly equal squares
     float hollow, ignored;
     vec3 p = boulder_surface(b, direction, &hollow);
-    vec3 side = normalize3(cross3(direction, abs1(direction[1]) < 0.7f ? vec3(0.0f, 1.0f, 0.0f) : vec3(1.0f, 0.0f, 0.0f)));
+    vec3 side = normalize3(
+        cross3(direction, abs1(direction[1]) < 0.7f ? vec3(0.0f, 1.0f, 0.0f) : vec3(1.0f, 0.0f, 0.0f)));
     vec3 other = cross3(direction, side);
     float step = 0.014f;
     vec3 du = boulder_surface(b, normalize3(direction + side * step), &ignored) - p;
@@ -79,12 +83,16 @@ static void evaluate_boulder(const void *shape, vec3 lattice, uint32_t face, cla
     if (dot3(result->normal, direction) < 0.0f) {
         result->normal = result->normal * -1.0f;
     }
-    static const float tints[SHAPES][3] = {
-        {0.50f, 0.245f, 0.13f}, {0.56f, 0.32f, 0.19f}, {0.44f, 0.20f, 0.11f}, {0.54f, 0.27f, 0.14f}, {0.60f, 0.40f, 0.26f}};
+    static const float tints[SHAPES][3] = {{0.50f, 0.245f, 0.13f},
+                                           {0.56f, 0.32f, 0.19f},
+                                           {0.44f, 0.20f, 0.11f},
+                                           {0.54f, 0.27f, 0.14f},
+                                           {0.60f, 0.40f, 0.26f}};
     const float *t = tints[hash1(b->seed) % SHAPES];
     float cloud = clast_fractal3(p * 1.6f, 4, b->seed + 6);
     vec3 colour = vec3(t[0], t[1], t[2]) * (1.0f + 0.35f * cloud);
-    float varnish = smooth_step(0.05f, 0.4f, clast_fractal3(vec3(p[0] * 2.6f, p[1] * 0.8f, p[2] * 2.6f), 3, b->seed + 7));
+    float varnish = smooth_step(0.05f, 0.4f,
+                                clast_fractal3(vec3(p[0] * 2.6f, p[1] * 0.8f, p[2] * 2.6f), 3, b->seed + 7));
     colour = mix3(colour, vec3(0.22f, 0.11f, 0.075f), 0.5f * varnish);
     colour = colour * clamp1(1.0f + 0.45f * hollow, 0.5f, 1.25f);
     result->colour = mix3(colour, CLAST_SAND_COLOUR, 0.45f * smooth_step(0.1f, -0.45f, p[1]));
@@ -107,7 +115,8 @@ static vec4 random_rotation(uint seed, float tumble)
     float tilt = 0.5f * tumble * swing(seed, 32, 0), turns = chance(seed, 33, 0);
     // First about y, then tumbled about a level axis.
     axis = normalize3(vec3(axis[0], 0.0f, axis[2]) + vec3(1e-3f, 0.0f, 0.0f));
-    float s = wave_sine(0.5f * tilt), c = wave_cosine(0.5f * tilt), ys = wave_sine(0.5f * turns), yc = wave_cosine(0.5f * turns);
+    float s = wave_sine(0.5f * tilt), c = wave_cosine(0.5f * tilt), ys = wave_sine(0.5f * turns),
+          yc = wave_cosine(0.5f * turns);
     vec4 q = vec4(axis[0] * s * yc - axis[2] * s * ys, c * ys, axis[2] * s * yc + axis[0] * s * ys, c * yc);
     float length = sqrtf(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     return q * (1.0f / length);
@@ -128,7 +137,8 @@ static void put(scatter *s, float x, float z, float size, float sink, float tumb
         float dx = i < 2 ? (i == 0 ? reach : -reach) : 0.0f, dz = i < 2 ? 0.0f : (i == 2 ? reach : -reach);
         ground = min1(ground, 0.5f * (ground + floor_height(s->canyon, x + dx, z + dz)));
     }
-    vec3 scale = vec3(size * (1.0f + 0.18f * swing(seed, 41, 0)), size * (1.0f + 0.18f * swing(seed, 42, 0)), size * (1.0f + 0.18f * swing(seed, 43, 0)));
+    vec3 scale = vec3(size * (1.0f + 0.18f * swing(seed, 41, 0)), size * (1.0f + 0.18f * swing(seed, 42, 0)),
+                      size * (1.0f + 0.18f * swing(seed, 43, 0)));
     uint32_t mesh = s->meshes[hash2(seed, 44) % s->mesh_count];
     vec3 place = vec3(x, ground + size * (0.52f - sink), z);
     clast_gltf_add_node(&s->canyon->writer, s->name, mesh, place, random_rotation(seed, tumble), scale);
@@ -189,10 +199,11 @@ static void place_known(scatter *s, uint seed)
     static const struct {
         float x, z, size;
     } known[] = {
-        {-21.5f, -7.5f, 3.3f}, {-24.5f, -11.5f, 5.2f}, {-19.0f, -12.5f, 1.5f}, {21.5f, -9.5f, 4.2f}, {25.5f, -14.0f, 6.0f},
-        {19.4f, -5.2f, 1.6f},  {24.0f, 3.5f, 2.4f},    {-22.6f, 5.0f, 2.2f},   {-20.4f, 7.6f, 1.1f}, {9.5f, 23.5f, 1.9f},
-        {12.3f, 22.2f, 1.0f},  {7.9f, 24.9f, 0.7f},    {-20.5f, 15.8f, 1.7f},  {-18.9f, 17.3f, 0.8f}, {16.0f, -24.0f, 3.1f},
-        {-9.0f, -27.0f, 2.7f}, {-34.0f, -22.0f, 7.0f}, {38.0f, -30.0f, 7.6f},  {30.0f, -2.0f, 3.2f}, {3.0f, -36.0f, 3.6f},
+        {-21.5f, -7.5f, 3.3f},  {-24.5f, -11.5f, 5.2f}, {-19.0f, -12.5f, 1.5f}, {21.5f, -9.5f, 4.2f},
+        {25.5f, -14.0f, 6.0f},  {19.4f, -5.2f, 1.6f},   {24.0f, 3.5f, 2.4f},    {-22.6f, 5.0f, 2.2f},
+        {-20.4f, 7.6f, 1.1f},   {9.5f, 23.5f, 1.9f},    {12.3f, 22.2f, 1.0f},   {7.9f, 24.9f, 0.7f},
+        {-20.5f, 15.8f, 1.7f},  {-18.9f, 17.3f, 0.8f},  {16.0f, -24.0f, 3.1f},  {-9.0f, -27.0f, 2.7f},
+        {-34.0f, -22.0f, 7.0f}, {38.0f, -30.0f, 7.6f},  {30.0f, -2.0f, 3.2f},   {3.0f, -36.0f, 3.6f},
     };
     for (uint i = 0; i < sizeof known / sizeof known[0]; i++) {
         put(s, known[i].x, known[i].z, known[i].size, 0.26f, 0.12f, hash2(seed, i));
@@ -250,8 +261,12 @@ static uint32_t build_tuft(clast_canyon *canyon, const char *name, uint32_t blad
     for (uint32_t i = 0; i < blades; i++) {
         float dry = chance(seed, i, 8);
         blade b = {
-            .turn = chance(seed, i, 1), .lean = 0.15f + 0.75f * chance(seed, i, 2), .length = 0.32f + 0.46f * chance(seed, i, 3),
-            .width = 0.009f + 0.008f * chance(seed, i, 4), .offset = 0.09f * root(chance(seed, i, 5)), .curl = 0.5f + 0.9f * chance(seed, i, 6),
+            .turn = chance(seed, i, 1),
+            .lean = 0.15f + 0.75f * chance(seed, i, 2),
+            .length = 0.32f + 0.46f * chance(seed, i, 3),
+            .width = 0.009f + 0.008f * chance(seed, i, 4),
+            .offset = 0.09f * root(chance(seed, i, 5)),
+            .curl = 0.5f + 0.9f * chance(seed, i, 6),
             .colour = mix3(vec3(0.46f, 0.36f, 0.17f), vec3(0.62f, 0.50f, 0.28f), dry),
         };
         clast_sheet sheet = {.shape = &b, .evaluate = evaluate_blade, .columns = 1, .rows = rows};
@@ -271,11 +286,13 @@ void clast_canyon_build_grass(clast_canyon *canyon, double triangles)
     for (uint32_t i = 0; i < 3; i++) {
         meshes[i] = build_tuft(canyon, "tuft", blades, rows, hash2(canyon->seed + 600, i));
     }
-    static const float known[][2] = {{-4.7f, 18.7f}, {-4.2f, 19.3f}, {-8.4f, 20.4f}, {0.7f, 17.3f}, {-1.9f, 18.4f}, {-7.6f, 17.6f}, {4.6f, 18.3f}};
+    static const float known[][2] = {{-4.7f, 18.7f}, {-4.2f, 19.3f}, {-8.4f, 20.4f}, {0.7f, 17.3f},
+                                     {-1.9f, 18.4f}, {-7.6f, 17.6f}, {4.6f, 18.3f}};
     for (uint32_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         float x = known[i][0], z = known[i][1];
         vec3 place = vec3(x, clast_canyon_ground(canyon, x, z) - 0.02f, z);
-        clast_gltf_add_node(&canyon->writer, "tuft", meshes[i % 3], place, random_rotation(hash2(canyon->seed + 605, i), 0.05f), splat3(0.75f));
+        clast_gltf_add_node(&canyon->writer, "tuft", meshes[i % 3], place,
+                            random_rotation(hash2(canyon->seed + 605, i), 0.05f), splat3(0.75f));
     }
     for (uint32_t i = 0, tries = 0; i < 260 && tries < 6000; tries++) {
         uint own = hash2(canyon->seed + 610, tries);
@@ -288,7 +305,8 @@ void clast_canyon_build_grass(clast_canyon *canyon, double triangles)
         }
         float size = 0.6f + 0.8f * chance(own, 4, 1);
         vec3 place = vec3(x, clast_canyon_ground(canyon, x, z) - 0.02f, z);
-        clast_gltf_add_node(&canyon->writer, "tuft", meshes[hash2(own, 5) % 3], place, random_rotation(own, 0.05f), splat3(size));
+        clast_gltf_add_node(&canyon->writer, "tuft", meshes[hash2(own, 5) % 3], place, random_rotation(own, 0.05f),
+                            splat3(size));
         i++;
     }
 }

@@ -9,14 +9,14 @@
 
 // A table mountain: a closed curve around a centre, swept up a profile of cliffs and benches.
 typedef struct clast_mesa {
-    vec2 centre;        // x, z
-    float radius;       // along its long axis
-    float flatness;     // short axis over long axis
-    float turn;         // of the long axis, turns
+    vec2 centre;    // x, z
+    float radius;   // along its long axis
+    float flatness; // short axis over long axis
+    float turn;     // of the long axis, turns
     float height;
-    float from, to;     // turns: the side that is seen
-    float haze;         // 0 to 1: how much air lies between, as colour
-    float share;        // of the triangles of all mesas
+    float from, to; // turns: the side that is seen
+    float haze;     // 0 to 1: how much air lies between, as colour
+    float share;    // of the triangles of all mesas
     uint seed;
 } clast_mesa;
 
@@ -66,7 +66,8 @@ vec3 clast_rock_colour(vec3 place, uint seed);
 float clast_canyon_ground(const clast_canyon *canyon, float x, float z);
 void clast_canyon_build_terrain(clast_canyon *canyon, double triangles);
 // A square of the ground around the origin, `size` metres wide, as 16-bit heights; gives the range that they span.
-void clast_canyon_write_heights(clast_canyon *canyon, const char *name, uint32_t pixels, float size, float *low, float *high);
+void clast_canyon_write_heights(clast_canyon *canyon, const char *name, uint32_t pixels, float size, float *low,
+                                float *high);
 
 // boulders.c
 void clast_canyon_build_boulders(clast_canyon *canyon, double triangles);
@@ -78,7 +79,8 @@ void clast_canyon_build_masonry(clast_canyon *canyon, double triangles);
 void clast_canyon_build_columns(clast_canyon *canyon, double triangles);
 // monument.c
 void clast_canyon_build_monument(clast_canyon *canyon, double triangles);
-void clast_canyon_write_ornament(clast_canyon *canyon, const char *name, uint32_t width, uint32_t height, float *low, float *high);
+void clast_canyon_write_ornament(clast_canyon *canyon, const char *name, uint32_t width, uint32_t height, float *low,
+                                 float *high);
 
 // canyon.c
 clast_status clast_generate_canyon(clast_context *context, double detail, uint32_t seed, const char *folder);

@@ -19,10 +19,14 @@ static uint32_t column_profile(clast_lathe_point *points, float top)
         {0.64f, 1.10f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},     {0.655f, 1.14f, CLAST_ORNAMENT_FLUTES, 20.0f, 0.06f, 1.0f},
     };
     static const clast_lathe_point head[] = {
-        {0.53f, SHAFT_TOP, CLAST_ORNAMENT_PLAIN, 0, 0, 1},      {0.53f, 6.76f, CLAST_ORNAMENT_ROPE, 24.0f, 0.06f, 1.4f},
-        {0.53f, 6.88f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},          {0.53f, 6.92f, CLAST_ORNAMENT_LEAVES, 10.0f, 0.11f, 1.6f},
-        {0.86f, 7.62f, CLAST_ORNAMENT_BEADS, 48.0f, 0.05f, 1.4f}, {0.88f, 7.74f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
-        {0.80f, 7.78f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.3f},       {0.0f, 7.78f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
+        {0.53f, SHAFT_TOP, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
+        {0.53f, 6.76f, CLAST_ORNAMENT_ROPE, 24.0f, 0.06f, 1.4f},
+        {0.53f, 6.88f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
+        {0.53f, 6.92f, CLAST_ORNAMENT_LEAVES, 10.0f, 0.11f, 1.6f},
+        {0.86f, 7.62f, CLAST_ORNAMENT_BEADS, 48.0f, 0.05f, 1.4f},
+        {0.88f, 7.74f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
+        {0.80f, 7.78f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.3f},
+        {0.0f, 7.78f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
     };
     uint32_t count = 0;
     for (uint32_t i = 0; i < sizeof foot / sizeof foot[0]; i++) {
@@ -45,14 +49,25 @@ static uint32_t build_column(clast_canyon *canyon, const char *name, float top, 
 {
     clast_lathe_point points[POINTS];
     bool whole = top >= SHAFT_TOP;
-    clast_lathe column = {.points = points, .point_count = column_profile(points, top), .colour = CLAST_STONE_COLOUR * vec3(0.97f, 0.93f, 0.88f),
-                          .wear = 0.03f, .tile = 1.6f, .seed = seed, .fracture = whole ? 0.0f : top, .fracture_depth = 0.55f};
+    clast_lathe column = {.points = points,
+                          .point_count = column_profile(points, top),
+                          .colour = CLAST_STONE_COLOUR * vec3(0.97f, 0.93f, 0.88f),
+                          .wear = 0.03f,
+                          .tile = 1.6f,
+                          .seed = seed,
+                          .fracture = whole ? 0.0f : top,
+                          .fracture_depth = 0.55f};
     clast_gltf_begin_mesh(&canyon->writer);
     clast_gltf_begin_primitive(&canyon->writer, canyon->materials[CLAST_CANYON_STONE]);
     clast_build_lathe(&canyon->builder, &column, triangles * (whole ? 0.9 : 1.0));
     if (whole) {
-        clast_stone abacus = {.half = vec3(0.98f, 0.17f, 0.98f), .bevel = 0.04f, .centre = vec3(0.0f, 7.92f, 0.0f), .turn = 0.25f,
-                              .colour = CLAST_STONE_COLOUR, .wear = 0.035f, .seed = seed + 1};
+        clast_stone abacus = {.half = vec3(0.98f, 0.17f, 0.98f),
+                              .bevel = 0.04f,
+                              .centre = vec3(0.0f, 7.92f, 0.0f),
+                              .turn = 0.25f,
+                              .colour = CLAST_STONE_COLOUR,
+                              .wear = 0.035f,
+                              .seed = seed + 1};
         clast_build_stone(&canyon->builder, &abacus, triangles * 0.1);
     }
     clast_gltf_end_primitive(&canyon->writer);
@@ -62,12 +77,18 @@ static uint32_t build_column(clast_canyon *canyon, const char *name, float top, 
 static uint32_t build_drum(clast_canyon *canyon, double triangles)
 {
     static const clast_lathe_point points[] = {
-        {0.0f, -0.02f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.5f}, {0.56f, 0.0f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
+        {0.0f, -0.02f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.5f},           {0.56f, 0.0f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
         {0.585f, 0.03f, CLAST_ORNAMENT_FLUTES, 20.0f, 0.06f, 1.0f}, {0.57f, 1.55f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
-        {0.53f, 1.57f, CLAST_ORNAMENT_PLAIN, 0, 0, 1.2f}, {0.0f, 1.60f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
+        {0.53f, 1.57f, CLAST_ORNAMENT_PLAIN, 0, 0, 1.2f},           {0.0f, 1.60f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
     };
-    clast_lathe drum = {.points = points, .point_count = sizeof points / sizeof points[0], .colour = CLAST_STONE_COLOUR * vec3(0.97f, 0.93f, 0.88f),
-                        .wear = 0.045f, .tile = 1.6f, .seed = canyon->seed + 420, .fracture = 1.57f, .fracture_depth = 0.35f};
+    clast_lathe drum = {.points = points,
+                        .point_count = sizeof points / sizeof points[0],
+                        .colour = CLAST_STONE_COLOUR * vec3(0.97f, 0.93f, 0.88f),
+                        .wear = 0.045f,
+                        .tile = 1.6f,
+                        .seed = canyon->seed + 420,
+                        .fracture = 1.57f,
+                        .fracture_depth = 0.35f};
     clast_gltf_begin_mesh(&canyon->writer);
     clast_gltf_begin_primitive(&canyon->writer, canyon->materials[CLAST_CANYON_STONE]);
     clast_build_lathe(&canyon->builder, &drum, triangles);
@@ -75,15 +96,22 @@ static uint32_t build_drum(clast_canyon *canyon, double triangles)
     return clast_gltf_end_mesh(&canyon->writer, "drum of a column");
 }
 
-static vec4 yaw(float turns) { return vec4(0.0f, wave_sine(0.5f * turns), 0.0f, wave_cosine(0.5f * turns)); }
+static vec4 yaw(float turns)
+{
+    return vec4(0.0f, wave_sine(0.5f * turns), 0.0f, wave_cosine(0.5f * turns));
+}
 
 static vec4 product(vec4 a, vec4 b)
 {
-    return vec4(a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1], a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
-                a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3], a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]);
+    return vec4(
+        a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1], a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+        a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3], a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]);
 }
 
-static float column_turn(uint32_t i) { return ((float)i + 0.5f) / (float)COLUMNS; }
+static float column_turn(uint32_t i)
+{
+    return ((float)i + 0.5f) / (float)COLUMNS;
+}
 
 // What became of each column, from +x towards +z.
 static const char fates[COLUMNS + 1] = "wblgwwwwwlww";
@@ -103,12 +131,26 @@ static void build_beams(clast_canyon *canyon, double triangles)
         }
         float turn = 0.5f * (column_turn(i) + column_turn(i + 1));
         float length = 6.2831853f * CIRCLE / (float)COLUMNS;
-        clast_stone beam = {.half = vec3(0.5f * length - 0.02f, 0.44f, 0.62f), .bevel = 0.05f, .centre = vec3(0.0f, 8.53f, 0.0f), .turn = turn,
-                            .radius = CIRCLE, .colour = CLAST_STONE_COLOUR, .wear = 0.05f, .ornament = CLAST_ORNAMENT_MEANDER,
-                            .repeats = 9.0f, .depth = 0.05f, .seed = hash2(canyon->seed + 430, i)};
+        clast_stone beam = {.half = vec3(0.5f * length - 0.02f, 0.44f, 0.62f),
+                            .bevel = 0.05f,
+                            .centre = vec3(0.0f, 8.53f, 0.0f),
+                            .turn = turn,
+                            .radius = CIRCLE,
+                            .colour = CLAST_STONE_COLOUR,
+                            .wear = 0.05f,
+                            .ornament = CLAST_ORNAMENT_MEANDER,
+                            .repeats = 9.0f,
+                            .depth = 0.05f,
+                            .seed = hash2(canyon->seed + 430, i)};
         clast_build_stone(&canyon->builder, &beam, triangles * 0.72 / (double)spans);
-        clast_stone cornice = {.half = vec3(0.5f * length - 0.02f, 0.15f, 0.80f), .bevel = 0.05f, .centre = vec3(0.0f, 9.12f, 0.0f), .turn = turn,
-                               .radius = CIRCLE, .colour = CLAST_STONE_COLOUR, .wear = 0.07f, .seed = hash2(canyon->seed + 431, i)};
+        clast_stone cornice = {.half = vec3(0.5f * length - 0.02f, 0.15f, 0.80f),
+                               .bevel = 0.05f,
+                               .centre = vec3(0.0f, 9.12f, 0.0f),
+                               .turn = turn,
+                               .radius = CIRCLE,
+                               .colour = CLAST_STONE_COLOUR,
+                               .wear = 0.07f,
+                               .seed = hash2(canyon->seed + 431, i)};
         clast_build_stone(&canyon->builder, &cornice, triangles * 0.28 / (double)spans);
     }
     clast_gltf_end_primitive(&canyon->writer);
@@ -124,7 +166,8 @@ static void place_columns(clast_canyon *canyon, uint32_t whole, uint32_t high, u
         uint32_t mesh = fates[i] == 'w' ? whole : fates[i] == 'b' ? high : low;
         if (fates[i] != 'g') {
             // Each turned by a quarter more: no two side by side are worn alike; the abacus stays in line.
-            clast_gltf_add_node(&canyon->writer, "column", mesh, position, yaw(0.25f - turn + 0.25f * (float)(i % 4)), splat3(1.0f));
+            clast_gltf_add_node(&canyon->writer, "column", mesh, position, yaw(0.25f - turn + 0.25f * (float)(i % 4)),
+                                splat3(1.0f));
         }
     }
 }
@@ -135,8 +178,8 @@ static void place_drums(clast_canyon *canyon, uint32_t drum)
     static const struct {
         float x, z, turn, roll, sink;
     } drums[] = {
-        {10.6f, 9.6f, 0.13f, 0.1f, 0.05f}, {9.4f, 11.6f, 0.05f, 0.3f, 0.08f}, {4.4f, 17.0f, 0.42f, 0.7f, 0.16f},
-        {7.6f, 18.9f, 0.30f, 0.5f, 0.24f}, {-8.6f, -11.2f, 0.2f, 0.2f, 0.05f}, {14.6f, 14.0f, 0.17f, 0.9f, 0.2f},
+        {10.6f, 9.6f, 0.13f, 0.1f, 0.05f},   {9.4f, 11.6f, 0.05f, 0.3f, 0.08f},   {4.4f, 17.0f, 0.42f, 0.7f, 0.16f},
+        {7.6f, 18.9f, 0.30f, 0.5f, 0.24f},   {-8.6f, -11.2f, 0.2f, 0.2f, 0.05f},  {14.6f, 14.0f, 0.17f, 0.9f, 0.2f},
         {-13.2f, 19.0f, 0.36f, 0.4f, 0.26f}, {-0.7f, 17.9f, 0.07f, 0.15f, 0.10f},
     };
     vec4 lying = vec4(0.70710678f, 0.0f, 0.0f, 0.70710678f); // its axis becomes z

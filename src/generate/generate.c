@@ -12,7 +12,8 @@ static const struct {
     const char *name, *text;
     clast_status (*generate)(clast_context *context, double detail, uint32_t seed, const char *folder);
 } scenes[] = {
-    {"canyon", "an old sanctuary in a desert canyon: cliffs, boulders, a colonnade and a carved ring around an armillary sphere",
+    {"canyon",
+     "an old sanctuary in a desert canyon: cliffs, boulders, a colonnade and a carved ring around an armillary sphere",
      clast_generate_canyon},
 };
 enum { SCENES = sizeof scenes / sizeof scenes[0] };
@@ -42,6 +43,6 @@ clast_status clast_generate(clast_context *context, const clast_generate_desc *d
             return status == CLAST_OK ? scenes[i].generate(context, detail, desc->seed, path) : status;
         }
     }
-    return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "scene \"%s\": there is none of that name; \"%s\" is one", desc->scene,
-                      scenes[0].name);
+    return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "scene \"%s\": there is none of that name; \"%s\" is one",
+                      desc->scene, scenes[0].name);
 }

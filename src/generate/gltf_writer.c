@@ -60,7 +60,10 @@ static json_t *numbers(const float *values, uint32_t count)
     return array;
 }
 
-static json_t *numbers3(vec3 v) { return numbers((float[3]){v[0], v[1], v[2]}, 3); }
+static json_t *numbers3(vec3 v)
+{
+    return numbers((float[3]){v[0], v[1], v[2]}, 3);
+}
 
 void clast_gltf_begin(clast_gltf_writer *writer, clast_outputs *outputs, const char *name)
 {
@@ -69,7 +72,7 @@ void clast_gltf_begin(clast_gltf_writer *writer, clast_outputs *outputs, const c
         snprintf(writer->stream_names[i], sizeof writer->stream_names[i], "%s_%s.bin", name, streams[i].file);
         writer->streams[i] = clast_outputs_open(outputs, writer->stream_names[i]);
     }
-    json_t **arrays[] = {&writer->accessors, &writer->meshes,   &writer->nodes,  &writer->materials,
+    json_t **arrays[] = {&writer->accessors, &writer->meshes, &writer->nodes,  &writer->materials,
                          &writer->textures,  &writer->images, &writer->cameras};
     for (uint32_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
         *arrays[i] = json_array();
@@ -138,8 +141,8 @@ static void write_stream(clast_gltf_writer *writer, clast_gltf_stream stream, co
         return;
     }
     if (writer->bytes[stream] + size > STREAM_MOST) {
-        clast_outputs_note(writer->outputs, clast_fail(writer->outputs->context, CLAST_ERROR_LIMIT, "%s: would pass 4 GiB",
-                                                       writer->stream_names[stream]));
+        clast_outputs_note(writer->outputs, clast_fail(writer->outputs->context, CLAST_ERROR_LIMIT,
+                                                       "%s: would pass 4 GiB", writer->stream_names[stream]));
         return;
     }
     clast_outputs_note(writer->outputs, clast_file_write(writer->streams[stream], data, (size_t)size));
@@ -153,7 +156,8 @@ void clast_gltf_add_vertices(clast_gltf_writer *writer, const clast_gltf_vertice
         writer->lower = min3(writer->lower, position);
         writer->upper = max3(writer->upper, position);
     }
-    const void *data[] = {vertices->positions, vertices->normals, vertices->tangents, vertices->coordinates, vertices->colours};
+    const void *data[] = {vertices->positions, vertices->normals, vertices->tangents, vertices->coordinates,
+                          vertices->colours};
     for (uint32_t i = 0; i < CLAST_GLTF_INDICES; i++) {
         write_stream(writer, (clast_gltf_stream)i, data[i], count);
     }
@@ -169,9 +173,9 @@ void clast_gltf_add_indices(clast_gltf_writer *writer, const uint32_t *indices, 
 
 static uint32_t add_accessor(clast_gltf_writer *writer, clast_gltf_stream stream, uint64_t count)
 {
-    json_t *accessor = json_pack("{s:i, s:I, s:i, s:I, s:s}", "bufferView", (int)stream, "byteOffset",
-                                 (json_int_t)writer->first_byte[stream], "componentType", (int)streams[stream].component,
-                                 "count", (json_int_t)count, "type", streams[stream].type);
+    json_t *accessor = json_pack(
+        "{s:i, s:I, s:i, s:I, s:s}", "bufferView", (int)stream, "byteOffset", (json_int_t)writer->first_byte[stream],
+        "componentType", (int)streams[stream].component, "count", (json_int_t)count, "type", streams[stream].type);
     if (stream == CLAST_GLTF_COLOURS) {
         set(writer, accessor, "normalized", json_true());
     }
@@ -209,7 +213,8 @@ uint32_t clast_gltf_end_mesh(clast_gltf_writer *writer, const char *name)
 
 // ---------------------------------------------------------------------------------------------------------- nodes
 
-void clast_gltf_add_node(clast_gltf_writer *writer, const char *name, uint32_t mesh, vec3 translation, vec4 rotation, vec3 scale)
+void clast_gltf_add_node(clast_gltf_writer *writer, const char *name, uint32_t mesh, vec3 translation, vec4 rotation,
+                         vec3 scale)
 {
     json_t *node = json_pack("{s:s, s:i}", "name", name, "mesh", (int)mesh);
     if (translation[0] != 0.0f || translation[1] != 0.0f || translation[2] != 0.0f) {
@@ -224,9 +229,11 @@ void clast_gltf_add_node(clast_gltf_writer *writer, const char *name, uint32_t m
     append(writer, writer->nodes, node);
 }
 
-void clast_gltf_writer_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target, float vertical_angle)
+void clast_gltf_writer_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target,
+                                  float vertical_angle)
 {
-    json_t *perspective = json_pack("{s:f, s:f, s:f}", "aspectRatio", 16.0 / 9.0, "yfov", (double)vertical_angle, "znear", 0.05);
+    json_t *perspective = json_pack("{s:f, s:f, s:f}", "aspectRatio", 16.0 / 9.0, "yfov", (double)vertical_angle,
+                                    "znear", 0.05);
     json_t *camera = json_pack("{s:s, s:s, s:o}", "name", name, "type", "perspective", "perspective", perspective);
     uint32_t number = append(writer, writer->cameras, camera);
     // A camera looks along its -z, with y up: the columns of its matrix.
@@ -244,8 +251,7 @@ void clast_gltf_writer_add_camera(clast_gltf_writer *writer, const char *name, v
 
 static json_t *document(clast_gltf_writer *writer)
 {
-    json_t *root = json_pack("{s:{s:s, s:s}, s:i}", "asset", "version", "2.0", "generator", GENERATOR,
-                             "scene", 0);
+    json_t *root = json_pack("{s:{s:s, s:s}, s:i}", "asset", "version", "2.0", "generator", GENERATOR, "scene", 0);
     json_t *roots = json_array(), *buffers = json_array(), *views = json_array();
     for (size_t i = 0; i < json_array_size(writer->nodes); i++) {
         append(writer, roots, json_integer((json_int_t)i));
@@ -258,11 +264,12 @@ static json_t *document(clast_gltf_writer *writer)
     set(writer, root, "textures", json_incref(writer->textures));
     set(writer, root, "images", json_incref(writer->images));
     // Trilinear, repeating.
-    set(writer, root, "samplers", json_pack("[{s:i, s:i, s:i, s:i}]", "magFilter", 9729, "minFilter", 9987, "wrapS", 10497,
-                                            "wrapT", 10497));
+    set(writer, root, "samplers",
+        json_pack("[{s:i, s:i, s:i, s:i}]", "magFilter", 9729, "minFilter", 9987, "wrapS", 10497, "wrapT", 10497));
     set(writer, root, "accessors", json_incref(writer->accessors));
     for (uint32_t i = 0; i < CLAST_GLTF_STREAMS; i++) {
-        json_t *buffer = json_pack("{s:s, s:I}", "uri", writer->stream_names[i], "byteLength", (json_int_t)writer->bytes[i]);
+        json_t *buffer = json_pack("{s:s, s:I}", "uri", writer->stream_names[i], "byteLength",
+                                   (json_int_t)writer->bytes[i]);
         append(writer, buffers, buffer);
         json_t *view = json_pack("{s:i, s:i, s:I, s:i}", "buffer", (int)i, "byteOffset", 0, "byteLength",
                                  (json_int_t)writer->bytes[i], "target", (int)streams[i].target);
@@ -286,7 +293,8 @@ static int write_text(const char *text, size_t size, void *file)
 
 void clast_gltf_write_text(clast_file_output *file, json_t *root, int digits)
 {
-    if (json_dump_callback(root, write_text, file, JSON_INDENT(1) | JSON_REAL_PRECISION(digits)) != 0 && file->status == CLAST_OK) {
+    if (json_dump_callback(root, write_text, file, JSON_INDENT(1) | JSON_REAL_PRECISION(digits)) != 0 &&
+        file->status == CLAST_OK) {
         file->status = clast_fail(file->context, CLAST_ERROR_OUT_OF_MEMORY, "%s: out of memory", file->path);
     }
     clast_file_write(file, "\n", 1);
@@ -312,9 +320,8 @@ void clast_gltf_end(clast_gltf_writer *writer)
     if (sound(writer)) {
         write_document(writer);
     }
-    json_t *arrays[] = {writer->accessors, writer->meshes, writer->nodes, writer->materials,
-                        writer->textures, writer->images, writer->cameras, writer->primitives,
-                        writer->extras};
+    json_t *arrays[] = {writer->accessors, writer->meshes,  writer->nodes,      writer->materials, writer->textures,
+                        writer->images,    writer->cameras, writer->primitives, writer->extras};
     for (uint32_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
         json_decref(arrays[i]);
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes a glTF 2.0 scene piece by piece: vertices and indices go straight to files, one for each attribute, so that a
-// scene of many millions of triangles needs little memory. Failures are kept in outputs->status; calls after one do nothing.
+// scene of many millions of triangles needs little memory. Failures are kept in outputs->status; calls after one do
+// nothing.
 #ifndef CLAST_GENERATE_GLTF_WRITER_H
 #define CLAST_GENERATE_GLTF_WRITER_H
 
@@ -30,13 +31,13 @@ typedef struct clast_gltf_vertices {
 
 typedef struct clast_gltf_material {
     const char *name;
-    float roughness, metallic;  // factors of the texture
+    float roughness, metallic; // factors of the texture
     float normal_scale;
     bool double_sided;
-    const char *colour_image;   // file names; null for none
+    const char *colour_image; // file names; null for none
     const char *roughness_image;
     const char *normal_image;
-    float colour[3];            // linear, factor
+    float colour[3]; // linear, factor
 } clast_gltf_material;
 
 typedef struct clast_gltf_writer {
@@ -46,8 +47,8 @@ typedef struct clast_gltf_writer {
     clast_file_output *streams[CLAST_GLTF_STREAMS];
     uint64_t bytes[CLAST_GLTF_STREAMS]; // written
     json_t *accessors, *meshes, *nodes, *materials, *textures, *images, *cameras;
-    json_t *extras;        // of the whole; the writer's once set
-    bool failed;           // jansson could not allocate
+    json_t *extras; // of the whole; the writer's once set
+    bool failed;    // jansson could not allocate
     // The primitive under way.
     json_t *primitives;
     uint64_t first_byte[CLAST_GLTF_STREAMS];
@@ -68,15 +69,17 @@ uint32_t clast_gltf_add_material(clast_gltf_writer *writer, const clast_gltf_mat
 // A mesh is a series of primitives, of one material each.
 void clast_gltf_begin_mesh(clast_gltf_writer *writer);
 void clast_gltf_begin_primitive(clast_gltf_writer *writer, uint32_t material);
-// `indices` count from the first vertex of the primitive. Every index must be below the number of vertices added by then.
+// `indices` count from the first vertex of the primitive; each must be below the number of vertices added by then.
 void clast_gltf_add_vertices(clast_gltf_writer *writer, const clast_gltf_vertices *vertices, uint32_t count);
 void clast_gltf_add_indices(clast_gltf_writer *writer, const uint32_t *indices, uint32_t count);
 void clast_gltf_end_primitive(clast_gltf_writer *writer);
 uint32_t clast_gltf_end_mesh(clast_gltf_writer *writer, const char *name);
 
 // Places a mesh. rotation: a unit quaternion x y z w.
-void clast_gltf_add_node(clast_gltf_writer *writer, const char *name, uint32_t mesh, vec3 translation, vec4 rotation, vec3 scale);
-void clast_gltf_writer_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target, float vertical_angle);
+void clast_gltf_add_node(clast_gltf_writer *writer, const char *name, uint32_t mesh, vec3 translation, vec4 rotation,
+                         vec3 scale);
+void clast_gltf_writer_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target,
+                                  float vertical_angle);
 
 // Writes a document as text, and ends it. Reals get that many digits.
 void clast_gltf_write_text(clast_file_output *file, json_t *root, int digits);

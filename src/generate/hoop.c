@@ -7,12 +7,12 @@
 enum { FRONT, FRONT_OUTER, OUTER, OUTER_BACK, BACK, BACK_INNER, INNER, INNER_FRONT, PIECES };
 
 typedef struct section_point {
-    float radial, axial;               // from the section's middle
+    float radial, axial; // from the section's middle
     float normal_radial, normal_axial;
     uint32_t piece;
-    float across;                      // metres from the middle of the piece
-    float length;                      // of the piece
-    float path;                        // metres from v = 0
+    float across; // metres from the middle of the piece
+    float length; // of the piece
+    float path;   // metres from v = 0
 } section_point;
 
 static float piece_length(const clast_hoop *hoop, uint32_t piece)
@@ -26,7 +26,9 @@ static float piece_length(const clast_hoop *hoop, uint32_t piece)
 static float piece_weight(const clast_hoop *hoop, uint32_t piece)
 {
     float rare = hoop->back_weight > 0.0f ? hoop->back_weight : 1.0f;
-    return piece == BACK || piece == OUTER_BACK || piece == BACK_INNER ? rare : piece == OUTER ? 0.5f * (1.0f + rare) : 1.0f;
+    return piece == BACK || piece == OUTER_BACK || piece == BACK_INNER ? rare
+           : piece == OUTER                                            ? 0.5f * (1.0f + rare)
+                                                                       : 1.0f;
 }
 
 static section_point section_at(const clast_hoop *hoop, float v)
@@ -80,7 +82,8 @@ static relief relief_at(const clast_hoop *hoop, float turns, const section_point
         if (hoop->rope_depth == 0.0f) {
             return (relief){0.0f, 0.7f};
         }
-        float height = clast_ornament_height(CLAST_ORNAMENT_ROPE, turns * hoop->rope_repeats, 2.0f * p->across / p->length, 1.0f);
+        float height = clast_ornament_height(CLAST_ORNAMENT_ROPE, turns * hoop->rope_repeats,
+                                             2.0f * p->across / p->length, 1.0f);
         return (relief){height * hoop->rope_depth, height};
     }
     const clast_hoop_face *faces[] = {&hoop->front, &hoop->outer, &hoop->back, &hoop->inner};
@@ -89,9 +92,12 @@ static relief relief_at(const clast_hoop *hoop, float turns, const section_point
         const clast_hoop_band *band = &face->bands[i];
         if (p->across >= band->from && p->across <= band->to) {
             float width = band->to - band->from, middle = 0.5f * (band->to + band->from);
-            float radius = hoop->radius + (p->piece == FRONT || p->piece == BACK ? middle : p->piece == OUTER ? hoop->half_radial : -hoop->half_radial);
+            float radius = hoop->radius + (p->piece == FRONT || p->piece == BACK ? middle
+                                           : p->piece == OUTER                   ? hoop->half_radial
+                                                                                 : -hoop->half_radial);
             float aspect = width * band->repeats / (6.2831853f * radius);
-            float height = clast_ornament_height(band->ornament, turns * band->repeats, (p->across - middle) / (0.5f * width), aspect);
+            float height = clast_ornament_height(band->ornament, turns * band->repeats,
+                                                 (p->across - middle) / (0.5f * width), aspect);
             return (relief){height * band->depth + band->offset, band->depth < 0.0f ? 1.0f - height : height};
         }
     }
@@ -118,7 +124,8 @@ static float bite(const clast_hoop *hoop, vec3 *place)
         vec3 direction = away * (1.0f / distance);
         // Conchoidal: facets and fine steps.
         clast_cells facets = clast_cells3(direction * 2.6f + splat3((float)i), hoop->seed + 61);
-        float rough = 0.26f * (unit_float(facets.id) - 0.5f) + 0.30f * clast_fractal3(direction * 2.2f + splat3((float)i), 4, hoop->seed + 62);
+        float rough = 0.26f * (unit_float(facets.id) - 0.5f) +
+                      0.30f * clast_fractal3(direction * 2.2f + splat3((float)i), 4, hoop->seed + 62);
         float reach = radius * (1.0f + rough);
         if (distance < reach) {
             *place = middle + direction * reach;
@@ -170,7 +177,8 @@ void clast_build_hoop(clast_builder *builder, const clast_hoop *hoop, double tri
         section += piece_length(hoop, i) * piece_weight(hoop, i);
     }
     // d/du x d/dv on the front face is y x x = -z: inwards.
-    clast_sheet sheet = {.shape = hoop, .evaluate = evaluate_hoop, .wraps_columns = whole, .wraps_rows = true, .flipped = true};
+    clast_sheet sheet = {
+        .shape = hoop, .evaluate = evaluate_hoop, .wraps_columns = whole, .wraps_rows = true, .flipped = true};
     float part = whole ? 1.0f : hoop->to - hoop->from;
     clast_sheet_divide(&sheet, triangles, 6.2831853f * hoop->radius * part, section);
     if (sheet.rows < 8) {

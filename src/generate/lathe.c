@@ -39,7 +39,8 @@ static void hand_out_rows(clast_lathe *lathe, double rows)
     lathe->rows = 0;
     for (uint32_t i = 0; i + 1 < lathe->point_count; i++) {
         float length = lathe->start[i + 1] - lathe->start[i];
-        double wanted = rows * (double)(length * (lathe->points[i].weight > 0.0f ? lathe->points[i].weight : 1.0f)) / sum;
+        double wanted = rows * (double)(length * (lathe->points[i].weight > 0.0f ? lathe->points[i].weight : 1.0f)) /
+                        sum;
         lathe->first_row[i] = lathe->rows;
         lathe->rows += wanted < 1.0 ? 1 : (uint32_t)(wanted + 0.5);
     }
@@ -55,14 +56,17 @@ static void evaluate_lathe(const void *shape, float u, float v, clast_surface_po
         stretch++;
     }
     const clast_lathe_point *a = &lathe->points[stretch], *b = a + 1;
-    float t = (row - (float)lathe->first_row[stretch]) / (float)(lathe->first_row[stretch + 1] - lathe->first_row[stretch]);
+    float t = (row - (float)lathe->first_row[stretch]) /
+              (float)(lathe->first_row[stretch + 1] - lathe->first_row[stretch]);
     t = clamp1(t, 0.0f, 1.0f);
     float length = max1(point_distance(a, b), 1e-6f);
     float radius = mix1(a->radius, b->radius, t), height = mix1(a->height, b->height, t);
     vec2 outwards = vec2((b->height - a->height) / length, -(b->radius - a->radius) / length);
     float along = u * a->repeats;
     float aspect = a->repeats > 0.0f ? length * a->repeats / (6.2831853f * 0.5f * (a->radius + b->radius)) : 1.0f;
-    float relief = a->ornament != CLAST_ORNAMENT_PLAIN ? clast_ornament_height(a->ornament, along, 2.0f * t - 1.0f, aspect) : 0.0f;
+    float relief = a->ornament != CLAST_ORNAMENT_PLAIN
+                       ? clast_ornament_height(a->ornament, along, 2.0f * t - 1.0f, aspect)
+                       : 0.0f;
     float c = wave_cosine(u), s = wave_sine(u);
     vec3 place = vec3(c * radius, height, -s * radius);
     float shift = relief * a->depth;
@@ -77,11 +81,14 @@ static void evaluate_lathe(const void *shape, float u, float v, clast_surface_po
         vec3 q = vec3(place[0], 0.0f, place[2]);
         float slope = clast_noise3(q * 0.9f, lathe->seed + 31) + 0.55f * q[0];
         clast_cells facets = clast_cells3(q * 2.3f, lathe->seed + 32);
-        float break_height = slope + 0.5f * unit_float(facets.id) + 0.35f * clast_fractal3(q * 4.0f, 3, lathe->seed + 33);
+        float break_height = slope + 0.5f * unit_float(facets.id) +
+                             0.35f * clast_fractal3(q * 4.0f, 3, lathe->seed + 33);
         point->position[1] += rise * lathe->fracture_depth * break_height;
     }
-    vec3 tinted = lathe->wear > 0.0f ? clast_carved_colour(lathe->colour, place, a->ornament != CLAST_ORNAMENT_PLAIN ? relief : 0.55f, lathe->seed)
-                                     : lathe->colour * mix1(0.62f, 1.0f, a->ornament != CLAST_ORNAMENT_PLAIN ? relief : 1.0f);
+    vec3 tinted = lathe->wear > 0.0f
+                      ? clast_carved_colour(lathe->colour, place, a->ornament != CLAST_ORNAMENT_PLAIN ? relief : 0.55f,
+                                            lathe->seed)
+                      : lathe->colour * mix1(0.62f, 1.0f, a->ornament != CLAST_ORNAMENT_PLAIN ? relief : 1.0f);
     point->colour = tinted;
     // A whole number of repeats around: textures meet at the seam.
     point->coordinates = vec2(u * max1(floor1(6.2831853f * lathe->points[0].radius / lathe->tile + 0.5f), 1.0f),

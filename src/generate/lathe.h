@@ -12,17 +12,17 @@ enum { CLAST_LATHE_POINTS_MOST = 48 };
 typedef struct clast_lathe_point {
     float radius, height;
     clast_ornament ornament;
-    float repeats;       // around
-    float depth;         // metres, outwards
-    float weight;        // rows for its length; 0 is 1
+    float repeats; // around
+    float depth;   // metres, outwards
+    float weight;  // rows for its length; 0 is 1
 } clast_lathe_point;
 
 typedef struct clast_lathe {
     const clast_lathe_point *points;
     uint32_t point_count;
     vec3 colour;
-    float wear;               // metres, of weathering; 0 for metal
-    float tile;               // metres of a texture's repeat
+    float wear; // metres, of weathering; 0 for metal
+    float tile; // metres of a texture's repeat
     uint seed;
     // A broken top: heights above (fracture - 1) move by up to `fracture_depth`. 0 is whole.
     float fracture, fracture_depth;

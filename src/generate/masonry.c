@@ -16,7 +16,10 @@ typedef struct mason {
     bool polished;   // the courses of dark polished stone are under way; else all others
 } mason;
 
-static double surface(vec3 h) { return (double)(4.0f * h[0] * h[2] + 8.0f * h[1] * (h[0] + h[2])); }
+static double surface(vec3 h)
+{
+    return (double)(4.0f * h[0] * h[2] + 8.0f * h[1] * (h[0] + h[2]));
+}
 
 static void lay(mason *m, clast_stone *stone)
 {
@@ -30,27 +33,34 @@ static void lay(mason *m, clast_stone *stone)
 
 static vec3 stone_tint(uint seed)
 {
-    static const float tints[4][3] = {{1.0f, 1.0f, 1.0f}, {0.93f, 0.88f, 0.83f}, {1.06f, 1.0f, 0.94f}, {0.86f, 0.84f, 0.84f}};
+    static const float tints[4][3] = {
+        {1.0f, 1.0f, 1.0f}, {0.93f, 0.88f, 0.83f}, {1.06f, 1.0f, 0.94f}, {0.86f, 0.84f, 0.84f}};
     const float *t = tints[hash1(seed) & 3];
     float light = 0.90f + 0.14f * unit_float(hash2(seed, 9));
     return CLAST_STONE_COLOUR * vec3(t[0], t[1], t[2]) * light;
 }
 
 // A course of bent stones between two radii; `top` is the height of their upper side.
-static void lay_course(mason *m, float inner, float outer, float top, float thickness, uint32_t count, float phase, float settle, uint seed)
+static void lay_course(mason *m, float inner, float outer, float top, float thickness, uint32_t count, float phase,
+                       float settle, uint seed)
 {
     for (uint32_t i = 0; i < count; i++) {
         uint own = hash2(seed, i);
         float middle = 0.5f * (inner + outer), length = 6.2831853f * middle / (float)count;
         float sunk = settle * square(chance(own, 1, 0)) * 2.0f;
         clast_stone stone = {
-            .half = vec3(0.5f * length - 0.012f - 0.01f * chance(own, 2, 0), 0.5f * thickness, 0.5f * (outer - inner) - 0.012f),
+            .half = vec3(0.5f * length - 0.012f - 0.01f * chance(own, 2, 0), 0.5f * thickness,
+                         0.5f * (outer - inner) - 0.012f),
             .bevel = 0.028f + 0.012f * chance(own, 3, 0),
             .centre = vec3(0.0f, top - 0.5f * thickness - sunk, 0.0f),
             .turn = ((float)i + phase) / (float)count,
             .radius = middle,
-            .tilt_x = 0.55f * settle * swing(own, 4, 0), .tilt_z = 0.55f * settle * swing(own, 5, 0),
-            .colour = stone_tint(own), .wear = 0.022f, .dust = 0.75f, .seed = own,
+            .tilt_x = 0.55f * settle * swing(own, 4, 0),
+            .tilt_z = 0.55f * settle * swing(own, 5, 0),
+            .colour = stone_tint(own),
+            .wear = 0.022f,
+            .dust = 0.75f,
+            .seed = own,
         };
         if (m->polished) {
             stone.colour = vec3(0.085f, 0.080f, 0.078f) * (0.8f + 0.5f * chance(own, 6, 0));
@@ -100,12 +110,20 @@ static void lay_kerb(mason *m)
         }
         float fallen = chance(own, 2, 1) < 0.25f ? 1.0f : 0.0f;
         clast_stone stone = {
-            .half = vec3(1.12f - 0.18f * fallen, 0.34f, 0.36f), .bevel = 0.06f,
-            .centre = vec3(0.0f, 0.24f - 0.25f * fallen - 0.1f * chance(own, 3, 1), 0.0f), .turn = turn,
+            .half = vec3(1.12f - 0.18f * fallen, 0.34f, 0.36f),
+            .bevel = 0.06f,
+            .centre = vec3(0.0f, 0.24f - 0.25f * fallen - 0.1f * chance(own, 3, 1), 0.0f),
+            .turn = turn,
             .radius = 17.2f + 0.12f * swing(own, 4, 1) + 0.9f * fallen,
-            .tilt_x = 0.05f * swing(own, 5, 1) - 0.35f * fallen, .tilt_z = 0.07f * swing(own, 6, 1),
-            .colour = stone_tint(own), .wear = 0.05f, .dust = 0.6f,
-            .ornament = CLAST_ORNAMENT_WAVES, .repeats = 4.0f, .depth = 0.03f, .seed = own,
+            .tilt_x = 0.05f * swing(own, 5, 1) - 0.35f * fallen,
+            .tilt_z = 0.07f * swing(own, 6, 1),
+            .colour = stone_tint(own),
+            .wear = 0.05f,
+            .dust = 0.6f,
+            .ornament = CLAST_ORNAMENT_WAVES,
+            .repeats = 4.0f,
+            .depth = 0.03f,
+            .seed = own,
         };
         lay(m, &stone);
     }
@@ -125,10 +143,16 @@ static void lay_way(mason *m)
             }
             float ground = clast_canyon_ground(m->canyon, x, z);
             clast_stone slab = {
-                .half = vec3(0.68f, 0.20f, 0.64f), .bevel = 0.035f,
-                .centre = vec3(x, ground - 0.12f - 0.10f * age * chance(own, 3, 2), z), .turn = 0.25f + 0.012f * swing(own, 4, 2) * (1.0f + 2.0f * age),
-                .tilt_x = 0.06f * swing(own, 5, 2), .tilt_z = 0.06f * swing(own, 6, 2),
-                .colour = stone_tint(own), .wear = 0.035f, .dust = 0.95f, .seed = own,
+                .half = vec3(0.68f, 0.20f, 0.64f),
+                .bevel = 0.035f,
+                .centre = vec3(x, ground - 0.12f - 0.10f * age * chance(own, 3, 2), z),
+                .turn = 0.25f + 0.012f * swing(own, 4, 2) * (1.0f + 2.0f * age),
+                .tilt_x = 0.06f * swing(own, 5, 2),
+                .tilt_z = 0.06f * swing(own, 6, 2),
+                .colour = stone_tint(own),
+                .wear = 0.035f,
+                .dust = 0.95f,
+                .seed = own,
             };
             lay(m, &slab);
         }
@@ -150,11 +174,17 @@ static void lay_all(mason *m)
 static void build_inlay(clast_canyon *canyon, double triangles)
 {
     static const clast_lathe_point points[] = {
-        {9.93f, -0.2f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.3f}, {9.93f, 0.0f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
-        {9.91f, 0.012f, CLAST_ORNAMENT_GLYPHS, 150.0f, 0.016f, 1.0f}, {9.49f, 0.012f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
-        {9.47f, 0.0f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.3f}, {9.47f, -0.2f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
+        {9.93f, -0.2f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.3f},
+        {9.93f, 0.0f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
+        {9.91f, 0.012f, CLAST_ORNAMENT_GLYPHS, 150.0f, 0.016f, 1.0f},
+        {9.49f, 0.012f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
+        {9.47f, 0.0f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.3f},
+        {9.47f, -0.2f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
     };
-    clast_lathe band = {.points = points, .point_count = sizeof points / sizeof points[0], .colour = vec3(0.80f, 0.76f, 0.70f), .tile = 0.8f};
+    clast_lathe band = {.points = points,
+                        .point_count = sizeof points / sizeof points[0],
+                        .colour = vec3(0.80f, 0.76f, 0.70f),
+                        .tile = 0.8f};
     clast_gltf_begin_mesh(&canyon->writer);
     clast_gltf_begin_primitive(&canyon->writer, canyon->materials[CLAST_CANYON_GOLD]);
     clast_build_lathe(&canyon->builder, &band, triangles);
@@ -173,7 +203,8 @@ void clast_canyon_build_masonry(clast_canyon *canyon, double triangles)
     clast_gltf_begin_mesh(&canyon->writer);
     for (int pass = 0; pass < 2; pass++) {
         m.polished = pass == 1;
-        clast_gltf_begin_primitive(&canyon->writer, canyon->materials[m.polished ? CLAST_CANYON_MARBLE : CLAST_CANYON_STONE]);
+        clast_gltf_begin_primitive(&canyon->writer,
+                                   canyon->materials[m.polished ? CLAST_CANYON_MARBLE : CLAST_CANYON_STONE]);
         lay_all(&m);
         clast_gltf_end_primitive(&canyon->writer);
     }

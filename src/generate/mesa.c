@@ -2,12 +2,12 @@
 // Table mountains: strata of unlike hardness, joints and alcoves.
 #include "generate/canyon.h"
 
-// Insets and heights of the silhouette, over the mountain's height, and how many rows go to the stretch that begins here.
+// Insets and heights of the silhouette, over the mountain's height, and the share of rows of the stretch that begins here.
 static const struct {
     float inset, height, rows;
 } profile[] = {
-    {-0.64f, 0.00f, 0.23f},  {0.00f, 0.26f, 0.18f}, {0.05f, 0.41f, 0.09f}, {0.17f, 0.485f, 0.34f},
-    {0.205f, 0.93f, 0.07f},  {0.25f, 0.99f, 0.05f}, {0.60f, 1.02f, 0.04f}, {1.00f, 1.03f, 0.0f},
+    {-0.64f, 0.00f, 0.23f}, {0.00f, 0.26f, 0.18f}, {0.05f, 0.41f, 0.09f}, {0.17f, 0.485f, 0.34f},
+    {0.205f, 0.93f, 0.07f}, {0.25f, 0.99f, 0.05f}, {0.60f, 1.02f, 0.04f}, {1.00f, 1.03f, 0.0f},
 };
 enum { PROFILE_STRETCHES = sizeof profile / sizeof profile[0] - 1 };
 static const float APRON = 0.64f; // reach of the debris at the foot, over the height
@@ -132,7 +132,8 @@ static float cliff_relief(vec3 p, float scale, uint seed)
     float ledge = unit_float(hash1(thin.id + 5)) * root(1.0f - s * s * s * s);
     // Columns between vertical joints, each bed its own; blocks that fell leave steps.
     float joint_shift = 3.7f * unit_float(thick.id);
-    clast_cells joints = clast_cells3(vec3(p[0] * 0.115f, p[1] * 0.028f + joint_shift, p[2] * 0.115f) * (1.0f / scale), seed + 1);
+    clast_cells joints = clast_cells3(vec3(p[0] * 0.115f, p[1] * 0.028f + joint_shift, p[2] * 0.115f) * (1.0f / scale),
+                                      seed + 1);
     clast_cells blocks = clast_cells3(vec3(p[0] * 0.30f, p[1] * 0.22f, p[2] * 0.30f) * (1.0f / scale), seed + 2);
     float cracks = smooth_step(0.16f, 0.0f, joints.second - joints.nearest);
     float flutes = clast_ridged3(vec3(p[0] * 0.06f, p[1] * 0.012f, p[2] * 0.06f) * (1.0f / scale), 4, seed + 3);
@@ -198,7 +199,9 @@ static void evaluate_mesa(const void *data, float u, float v, clast_surface_poin
         place[1] = clast_mesa_apron(mesa, place[0], place[2], -inset);
         place[1] += (within > 0.0f ? 1.0f - 0.6f * within : 0.0f) * scree_relief(place, mesa->seed);
     } else if (stretch == 1) { // from the apron, whatever its height is there, to the cliff
-        place[1] = mix1(clast_mesa_apron(mesa, mesa->centre[0] + direction[0] * foot, mesa->centre[1] + direction[1] * foot, 0.0f), height, within);
+        place[1] = mix1(
+            clast_mesa_apron(mesa, mesa->centre[0] + direction[0] * foot, mesa->centre[1] + direction[1] * foot, 0.0f),
+            height, within);
     }
     float relief = cliff_relief(place, clamp1(mesa->height / 70.0f, 0.8f, 2.0f), mesa->seed) *
                    smooth_step(0.21f, 0.27f, v) * (1.0f - smooth_step(0.88f, 0.97f, v));

@@ -17,23 +17,33 @@ static clast_hoop ring_shape(uint seed)
 {
     const clast_hoop_face face = {
         .count = 4,
-        .bands = {
-            {-0.92f, -0.76f, CLAST_ORNAMENT_BEADS, 132.0f, 0.065f, -0.02f},
-            {-0.76f, -0.68f, CLAST_ORNAMENT_PLAIN, 1.0f, 0.0f, -0.035f},
-            {-0.68f, 0.28f, CLAST_ORNAMENT_GUILLOCHE, GUILLOCHE_REPEATS, 0.125f, -0.045f},
-            {0.38f, 0.90f, CLAST_ORNAMENT_MEANDER, 58.0f, 0.062f, -0.035f},
-        },
+        .bands =
+            {
+                {-0.92f, -0.76f, CLAST_ORNAMENT_BEADS, 132.0f, 0.065f, -0.02f},
+                {-0.76f, -0.68f, CLAST_ORNAMENT_PLAIN, 1.0f, 0.0f, -0.035f},
+                {-0.68f, 0.28f, CLAST_ORNAMENT_GUILLOCHE, GUILLOCHE_REPEATS, 0.125f, -0.045f},
+                {0.38f, 0.90f, CLAST_ORNAMENT_MEANDER, 58.0f, 0.062f, -0.035f},
+            },
     };
     return (clast_hoop){
-        .radius = 4.6f, .half_radial = 1.15f, .half_axial = 0.85f, .corner = 0.20f,
-        .front = face, .back = face,
-        .outer = {.count = 3, .bands = {{-0.63f, -0.52f, CLAST_ORNAMENT_BEADS, 210.0f, 0.05f, 0.0f},
-                                        {-0.50f, 0.50f, CLAST_ORNAMENT_SCALES, 110.0f, 0.075f, -0.02f},
-                                        {0.52f, 0.63f, CLAST_ORNAMENT_BEADS, 210.0f, 0.05f, 0.0f}}},
+        .radius = 4.6f,
+        .half_radial = 1.15f,
+        .half_axial = 0.85f,
+        .corner = 0.20f,
+        .front = face,
+        .back = face,
+        .outer = {.count = 3,
+                  .bands = {{-0.63f, -0.52f, CLAST_ORNAMENT_BEADS, 210.0f, 0.05f, 0.0f},
+                            {-0.50f, 0.50f, CLAST_ORNAMENT_SCALES, 110.0f, 0.075f, -0.02f},
+                            {0.52f, 0.63f, CLAST_ORNAMENT_BEADS, 210.0f, 0.05f, 0.0f}}},
         .inner = {.count = 1, .bands = {{-0.52f, 0.52f, CLAST_ORNAMENT_COFFERS, 20.0f, 0.085f, -0.06f}}},
-        .rope_repeats = 150.0f, .rope_depth = 0.065f,
+        .rope_repeats = 150.0f,
+        .rope_depth = 0.065f,
         .back_weight = 0.5f,
-        .colour = CLAST_STONE_COLOUR, .wear = 0.035f, .tile = 1.6f, .seed = seed,
+        .colour = CLAST_STONE_COLOUR,
+        .wear = 0.035f,
+        .tile = 1.6f,
+        .seed = seed,
         .bite_count = 4,
         .bites = {vec4(4.72f, 3.62f, 0.80f, 1.12f), vec4(-5.80f, 1.30f, 0.95f, 0.62f), vec4(1.9f, 5.75f, 1.05f, 0.45f),
                   vec4(-2.6f, -5.25f, 1.0f, 0.5f)},
@@ -80,9 +90,14 @@ static void build_ring_metal(clast_canyon *canyon, double triangles)
     static const float offsets[2] = {-0.72f, 0.33f};
     for (uint32_t i = 0; i < 4; i++) {
         // Both faces in one hoop: only its front and back stand out of the stone.
-        clast_hoop rod = {.radius = 4.6f + offsets[i & 1], .half_radial = 0.034f, .half_axial = 0.885f, .corner = 0.033f,
-                          .rope_repeats = 6.2831853f * (4.6f + offsets[i & 1]) / 0.11f, .rope_depth = 0.014f,
-                          .colour = GOLD_COLOUR, .tile = 0.8f};
+        clast_hoop rod = {.radius = 4.6f + offsets[i & 1],
+                          .half_radial = 0.034f,
+                          .half_axial = 0.885f,
+                          .corner = 0.033f,
+                          .rope_repeats = 6.2831853f * (4.6f + offsets[i & 1]) / 0.11f,
+                          .rope_depth = 0.014f,
+                          .colour = GOLD_COLOUR,
+                          .tile = 0.8f};
         rod.rope_repeats = floor1(rod.rope_repeats);
         if (i < 2) {
             clast_build_hoop(&canyon->builder, &rod, triangles * 0.14);
@@ -91,13 +106,20 @@ static void build_ring_metal(clast_canyon *canyon, double triangles)
     for (uint32_t i = 0; i < 6; i++) {
         float middle = 0.0833333f + (float)i / 6.0f;
         clast_hoop clasp = {
-            .radius = 4.6f, .half_radial = 1.23f, .half_axial = 0.93f, .corner = 0.22f,
+            .radius = 4.6f,
+            .half_radial = 1.23f,
+            .half_axial = 0.93f,
+            .corner = 0.22f,
             .front = {.count = 1, .bands = {{-1.0f, 1.0f, CLAST_ORNAMENT_LATTICE, 58.0f, 0.05f, 0.0f}}},
             .back = {.count = 1, .bands = {{-1.0f, 1.0f, CLAST_ORNAMENT_LATTICE, 58.0f, 0.05f, 0.0f}}},
             .outer = {.count = 1, .bands = {{-0.7f, 0.7f, CLAST_ORNAMENT_LATTICE, 58.0f, 0.05f, 0.0f}}},
             .inner = {.count = 1, .bands = {{-0.7f, 0.7f, CLAST_ORNAMENT_LATTICE, 58.0f, 0.05f, 0.0f}}},
-            .back_weight = 0.5f, .from = middle - 0.0087f, .to = middle + 0.0087f, .end_drop = 0.16f,
-            .colour = GOLD_COLOUR, .tile = 0.8f,
+            .back_weight = 0.5f,
+            .from = middle - 0.0087f,
+            .to = middle + 0.0087f,
+            .end_drop = 0.16f,
+            .colour = GOLD_COLOUR,
+            .tile = 0.8f,
         };
         clast_build_hoop(&canyon->builder, &clasp, triangles * 0.12);
     }
@@ -160,8 +182,12 @@ static void build_drum(clast_canyon *canyon, double triangles)
         {2.30f, 3.03f, CLAST_ORNAMENT_PLAIN, 0, 0, 0.2f},
         {0.00f, 3.03f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
     };
-    clast_lathe drum = {.points = points, .point_count = sizeof points / sizeof points[0], .colour = CLAST_STONE_COLOUR,
-                        .wear = 0.02f, .tile = 1.6f, .seed = canyon->seed + 210};
+    clast_lathe drum = {.points = points,
+                        .point_count = sizeof points / sizeof points[0],
+                        .colour = CLAST_STONE_COLOUR,
+                        .wear = 0.02f,
+                        .tile = 1.6f,
+                        .seed = canyon->seed + 210};
     begin(canyon, CLAST_CANYON_STONE);
     clast_build_lathe(&canyon->builder, &drum, triangles);
     place(canyon, "drum", end(canyon, "drum"), splat3(0.0f), UPRIGHT);
@@ -174,12 +200,16 @@ static uint32_t build_band(clast_canyon *canyon, const char *name, float radius,
 {
     float half = 0.5f * width;
     clast_hoop band = {
-        .radius = radius, .half_radial = 0.055f, .half_axial = half, .corner = 0.018f,
+        .radius = radius,
+        .half_radial = 0.055f,
+        .half_axial = half,
+        .corner = 0.018f,
         .outer = {.count = 1, .bands = {{-half + 0.02f, half - 0.02f, ornament, repeats, 0.022f, 0.0f}}},
         .inner = {.count = 1, .bands = {{-half + 0.02f, half - 0.02f, ornament, repeats, 0.022f, 0.0f}}},
         .front = {.count = 1, .bands = {{-0.037f, 0.037f, CLAST_ORNAMENT_BEADS, floor1(radius * 70.0f), 0.014f, 0.0f}}},
         .back = {.count = 1, .bands = {{-0.037f, 0.037f, CLAST_ORNAMENT_BEADS, floor1(radius * 70.0f), 0.014f, 0.0f}}},
-        .colour = GOLD_COLOUR, .tile = 0.8f,
+        .colour = GOLD_COLOUR,
+        .tile = 0.8f,
     };
     begin(canyon, CLAST_CANYON_GOLD);
     clast_build_hoop(&canyon->builder, &band, triangles);
@@ -196,7 +226,8 @@ static void evaluate_globe(const void *shape, vec3 point, uint32_t face, clast_s
     result->position = direction * *radius;
     result->normal = direction;
     uint32_t axis = face / 2;
-    result->coordinates = vec2(point[(axis + 1) % 3] * 0.5f + 0.13f * (float)face, point[(axis + 2) % 3] * 0.5f + 0.29f * (float)face);
+    result->coordinates = vec2(point[(axis + 1) % 3] * 0.5f + 0.13f * (float)face,
+                               point[(axis + 2) % 3] * 0.5f + 0.29f * (float)face);
 }
 
 static void build_globe(clast_canyon *canyon, double triangles)
@@ -207,7 +238,8 @@ static void build_globe(clast_canyon *canyon, double triangles)
     clast_block block = {.shape = &radius, .evaluate = evaluate_globe, .segments = {segments, segments, segments}};
     begin(canyon, CLAST_CANYON_LAPIS);
     clast_build_block(&canyon->builder, &block);
-    place(canyon, "globe", end(canyon, "globe"), vec3(0.0f, RING_HEIGHT, 0.0f), about_axis(vec3(0.0f, 0.0f, 1.0f), 0.065f));
+    place(canyon, "globe", end(canyon, "globe"), vec3(0.0f, RING_HEIGHT, 0.0f),
+          about_axis(vec3(0.0f, 0.0f, 1.0f), 0.065f));
 }
 
 static void build_armillary(clast_canyon *canyon, double triangles)
@@ -229,7 +261,7 @@ static void build_armillary(clast_canyon *canyon, double triangles)
     place(canyon, "globe rib", rib, middle, about_axis(normalize3(vec3(0.2f, 1.0f, 0.1f)), 0.33f));
 
     static const clast_lathe_point rod[] = {
-        {0.0f, -2.90f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},  {0.07f, -2.88f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
+        {0.0f, -2.90f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},     {0.07f, -2.88f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
         {0.07f, -1.62f, CLAST_ORNAMENT_ROPE, 6, 0.02f, 2}, {0.16f, -1.50f, CLAST_ORNAMENT_BEADS, 12, 0.05f, 3},
         {0.16f, -1.38f, CLAST_ORNAMENT_ROPE, 6, 0.02f, 2}, {0.09f, -1.28f, CLAST_ORNAMENT_PLAIN, 0, 0, 1},
         {0.09f, 1.28f, CLAST_ORNAMENT_ROPE, 6, 0.02f, 2},  {0.16f, 1.38f, CLAST_ORNAMENT_BEADS, 12, 0.05f, 3},
@@ -243,13 +275,14 @@ static void build_armillary(clast_canyon *canyon, double triangles)
 
     // Balusters that hold the meridian in the ring.
     static const clast_lathe_point baluster[] = {
-        {0.0f, 2.86f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},    {0.13f, 2.90f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
-        {0.13f, 3.00f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},   {0.09f, 3.04f, CLAST_ORNAMENT_LEAVES, 6, 0.03f, 2},
+        {0.0f, 2.86f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},       {0.13f, 2.90f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
+        {0.13f, 3.00f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},      {0.09f, 3.04f, CLAST_ORNAMENT_LEAVES, 6, 0.03f, 2},
         {0.20f, 3.20f, CLAST_ORNAMENT_BEADS, 14, 0.04f, 2}, {0.20f, 3.28f, CLAST_ORNAMENT_FLUTES, 12, 0.03f, 2},
-        {0.10f, 3.40f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},   {0.24f, 3.50f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
+        {0.10f, 3.40f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},      {0.24f, 3.50f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
         {0.24f, 3.62f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
     };
-    clast_lathe holder = {.points = baluster, .point_count = sizeof baluster / sizeof baluster[0], .colour = GOLD_COLOUR, .tile = 0.8f};
+    clast_lathe holder = {
+        .points = baluster, .point_count = sizeof baluster / sizeof baluster[0], .colour = GOLD_COLOUR, .tile = 0.8f};
     begin(canyon, CLAST_CANYON_GOLD);
     clast_build_lathe(&canyon->builder, &holder, triangles * 0.04);
     uint32_t mesh = end(canyon, "baluster");
@@ -262,14 +295,15 @@ static void build_armillary(clast_canyon *canyon, double triangles)
 static void build_finial(clast_canyon *canyon, double triangles)
 {
     static const clast_lathe_point bud[] = {
-        {0.55f, -0.25f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},  {0.55f, 0.16f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
+        {0.55f, -0.25f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},     {0.55f, 0.16f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
         {0.50f, 0.20f, CLAST_ORNAMENT_BEADS, 30, 0.05f, 2}, {0.50f, 0.30f, CLAST_ORNAMENT_TONGUES, 16, 0.05f, 2},
         {0.22f, 0.52f, CLAST_ORNAMENT_ROPE, 12, 0.04f, 2},  {0.22f, 0.62f, CLAST_ORNAMENT_LEAVES, 9, 0.06f, 2},
-        {0.46f, 0.98f, CLAST_ORNAMENT_LEAVES, 9, 0.06f, 2},  {0.42f, 1.32f, CLAST_ORNAMENT_FLUTES, 14, 0.03f, 2},
-        {0.14f, 1.72f, CLAST_ORNAMENT_PLAIN, 0, 0, 2},    {0.05f, 2.05f, CLAST_ORNAMENT_PLAIN, 0, 0, 2},
+        {0.46f, 0.98f, CLAST_ORNAMENT_LEAVES, 9, 0.06f, 2}, {0.42f, 1.32f, CLAST_ORNAMENT_FLUTES, 14, 0.03f, 2},
+        {0.14f, 1.72f, CLAST_ORNAMENT_PLAIN, 0, 0, 2},      {0.05f, 2.05f, CLAST_ORNAMENT_PLAIN, 0, 0, 2},
         {0.0f, 2.30f, CLAST_ORNAMENT_PLAIN, 0, 0, 0},
     };
-    clast_lathe finial = {.points = bud, .point_count = sizeof bud / sizeof bud[0], .colour = GOLD_COLOUR, .tile = 0.8f};
+    clast_lathe finial = {
+        .points = bud, .point_count = sizeof bud / sizeof bud[0], .colour = GOLD_COLOUR, .tile = 0.8f};
     begin(canyon, CLAST_CANYON_GOLD);
     clast_build_lathe(&canyon->builder, &finial, triangles);
     place(canyon, "finial", end(canyon, "finial"), vec3(0.0f, RING_HEIGHT + 5.75f, 0.0f), UPRIGHT);
@@ -299,7 +333,8 @@ static float ornament_texel(const void *data, uint32_t x, uint32_t y)
     return clast_hoop_relief(&job->ring, ((float)x + 0.5f) / (float)job->width, ((float)y + 0.5f) / (float)job->height);
 }
 
-void clast_canyon_write_ornament(clast_canyon *canyon, const char *name, uint32_t width, uint32_t height, float *low, float *high)
+void clast_canyon_write_ornament(clast_canyon *canyon, const char *name, uint32_t width, uint32_t height, float *low,
+                                 float *high)
 {
     ornament_job job = {ring_shape(canyon->seed + 200), width, height};
     clast_picture_write_heights(canyon->outputs, name, width, height, ornament_texel, &job, low, high);

@@ -7,7 +7,10 @@ static uint hash_cell(int x, int y, int z, uint seed)
     return hash1((uint)x * 0x8da6b343u ^ (uint)y * 0xd8163841u ^ (uint)z * 0xcb1ab31fu ^ seed * 0x9e3779b9u);
 }
 
-static float fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
+static float fade(float t)
+{
+    return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
+}
 
 // The dot product with one of 12 edge directions of a cube (16 entries, 4 of them twice).
 static float gradient3(uint hash, float x, float y, float z)
@@ -55,11 +58,11 @@ static int wrap_cell(int i, uint period)
     return rest < 0 ? rest + (int)period : rest;
 }
 
-float clast_noise2_tiled(vec2 p, uint period, uint seed)
+static float noise2(vec2 p, uint period_x, uint period_y, uint seed)
 {
     float fx = floor1(p[0]), fy = floor1(p[1]);
-    int x0 = wrap_cell((int)fx, period), x1 = wrap_cell((int)fx + 1, period);
-    int y0 = wrap_cell((int)fy, period), y1 = wrap_cell((int)fy + 1, period);
+    int x0 = wrap_cell((int)fx, period_x), x1 = wrap_cell((int)fx + 1, period_x);
+    int y0 = wrap_cell((int)fy, period_y), y1 = wrap_cell((int)fy + 1, period_y);
     float x = p[0] - fx, y = p[1] - fy;
     float u = fade(x), v = fade(y);
     float a = mix1(gradient2(hash_cell(x0, y0, 0, seed), x, y), gradient2(hash_cell(x1, y0, 0, seed), x - 1.0f, y), u);
@@ -68,22 +71,45 @@ float clast_noise2_tiled(vec2 p, uint period, uint seed)
     return 1.4f * mix1(a, b, v);
 }
 
-float clast_noise2(vec2 p, uint seed) { return clast_noise2_tiled(p, 0, seed); }
+float clast_noise2_tiled(vec2 p, uint period, uint seed)
+{
+    return noise2(p, period, period, seed);
+}
 
-float clast_fractal2_tiled(vec2 p, uint period, uint octaves, uint seed)
+float clast_noise2(vec2 p, uint seed)
+{
+    return noise2(p, 0, 0, seed);
+}
+
+float clast_fractal2_banded(vec2 p, uint period_x, uint period_y, uint octaves, uint seed)
 {
     float sum = 0.0f, strength = 0.5f;
     for (uint i = 0; i < octaves; i++) {
-        sum += strength * clast_noise2_tiled(p, period, seed + i);
-        // A tiled noise may only be scaled by whole numbers; a free one is turned too, so that lattices do not coincide.
-        p = period != 0 ? p * 2.0f : vec2(1.616f * p[0] - 1.178f * p[1] + 0.37f, 1.178f * p[0] + 1.616f * p[1] + 0.71f);
-        period *= 2;
+        sum += strength * noise2(p, period_x, period_y, seed + i);
+        p = p * 2.0f; // a whole number: what tiles keeps tiling
+        period_x *= 2;
+        period_y *= 2;
         strength *= 0.5f;
     }
     return sum;
 }
 
-float clast_fractal2(vec2 p, uint octaves, uint seed) { return clast_fractal2_tiled(p, 0, octaves, seed); }
+float clast_fractal2_tiled(vec2 p, uint period, uint octaves, uint seed)
+{
+    return clast_fractal2_banded(p, period, period, octaves, seed);
+}
+
+float clast_fractal2(vec2 p, uint octaves, uint seed)
+{
+    float sum = 0.0f, strength = 0.5f;
+    for (uint i = 0; i < octaves; i++) {
+        sum += strength * clast_noise2(p, seed + i);
+        // Turned as well as scaled: the octaves' lattices must not coincide.
+        p = vec2(1.616f * p[0] - 1.178f * p[1] + 0.37f, 1.178f * p[0] + 1.616f * p[1] + 0.71f);
+        strength *= 0.5f;
+    }
+    return sum;
+}
 
 // Turned about the diagonal and doubled.
 static vec3 next_octave(vec3 p)
@@ -163,7 +189,10 @@ clast_cells clast_cells2_tiled(vec2 p, uint period, uint seed)
     return finish_cells(cells);
 }
 
-clast_cells clast_cells2(vec2 p, uint seed) { return clast_cells2_tiled(p, 0, seed); }
+clast_cells clast_cells2(vec2 p, uint seed)
+{
+    return clast_cells2_tiled(p, 0, seed);
+}
 
 clast_cells clast_cells3(vec3 p, uint seed)
 {

@@ -19,6 +19,8 @@ float clast_noise2_tiled(vec2 p, uint period, uint seed);
 float clast_fractal2(vec2 p, uint octaves, uint seed);
 float clast_fractal3(vec3 p, uint octaves, uint seed);
 float clast_fractal2_tiled(vec2 p, uint period, uint octaves, uint seed);
+// With a period for each axis: for grain that runs along one.
+float clast_fractal2_banded(vec2 p, uint period_x, uint period_y, uint octaves, uint seed);
 // Octaves of 1 - |noise|, weighted by the octave before: sharp crests, smooth valleys. 0 to 1.
 float clast_ridged2(vec2 p, uint octaves, uint seed);
 float clast_ridged3(vec3 p, uint octaves, uint seed);
@@ -39,10 +41,15 @@ static inline float wave_sine(float turns)
     float t = turns - floor1(turns + 0.5f); // -0.5 to 0.5
     t = t > 0.25f ? 0.5f - t : t < -0.25f ? -0.5f - t : t;
     float x = t * 4.0f, x2 = x * x; // -1 to 1, odd polynomial of sin(pi / 2 x)
-    return x * (1.57079633f + x2 * (-0.64596410f + x2 * (0.079692626f + x2 * (-0.0046817541f + x2 * (0.00016044118f + x2 * -0.0000035988f)))));
+    return x * (1.57079633f +
+                x2 * (-0.64596410f +
+                      x2 * (0.079692626f + x2 * (-0.0046817541f + x2 * (0.00016044118f + x2 * -0.0000035988f)))));
 }
 
-static inline float wave_cosine(float turns) { return wave_sine(turns + 0.25f); }
+static inline float wave_cosine(float turns)
+{
+    return wave_sine(turns + 0.25f);
+}
 
 // 0 below `low`, 1 above `high`, smooth between. `low` may be above `high`.
 static inline float smooth_step(float low, float high, float x)
@@ -58,10 +65,22 @@ static inline float smooth_minimum(float a, float b, float width)
     return min1(a, b) - h * h * width * 0.25f;
 }
 
-static inline float square(float x) { return x * x; }
-static inline float fraction(float x) { return x - floor1(x); }
-static inline float root(float x) { return sqrtf(max1(x, 0.0f)); }
-static inline float length2(vec2 v) { return sqrtf(dot2(v, v)); }
+static inline float square(float x)
+{
+    return x * x;
+}
+static inline float fraction(float x)
+{
+    return x - floor1(x);
+}
+static inline float root(float x)
+{
+    return sqrtf(max1(x, 0.0f));
+}
+static inline float length2(vec2 v)
+{
+    return sqrtf(dot2(v, v));
+}
 // The angle of a vector in turns, -0.5 to 0.5, to about 1e-4.
 static inline float turns_of(float y, float x)
 {
@@ -75,8 +94,14 @@ static inline float turns_of(float y, float x)
 }
 
 // [0, 1), of a seed and numbers.
-static inline float chance(uint seed, uint a, uint b) { return unit_float(hash3(seed, a, b)); }
+static inline float chance(uint seed, uint a, uint b)
+{
+    return unit_float(hash3(seed, a, b));
+}
 // [-1, 1)
-static inline float swing(uint seed, uint a, uint b) { return 2.0f * chance(seed, a, b) - 1.0f; }
+static inline float swing(uint seed, uint a, uint b)
+{
+    return 2.0f * chance(seed, a, b) - 1.0f;
+}
 
 #endif

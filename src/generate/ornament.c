@@ -67,7 +67,8 @@ static float guilloche(float along, float across, float aspect)
 static float meander(float along, float across)
 {
     // A unit is 5.6 wide and 5 high; a rail below, and a hook that turns inwards.
-    static const float line[6][2] = {{0.0f, 0.3f}, {0.0f, 4.4f}, {4.1f, 4.4f}, {4.1f, 1.55f}, {1.55f, 1.55f}, {1.55f, 3.0f}};
+    static const float line[6][2] = {{0.0f, 0.3f},  {0.0f, 4.4f},   {4.1f, 4.4f},
+                                     {4.1f, 1.55f}, {1.55f, 1.55f}, {1.55f, 3.0f}};
     float y = 2.5f * (across + 1.0f);
     float least = abs1(y - 0.3f);
     for (int shift = -1; shift <= 1; shift++) {
@@ -117,7 +118,8 @@ float clast_rosette_height(float x, float y, float petals)
             float across = abs1(phase) / max1(width, 1e-3f);
             if (across < 1.0f) {
                 // A trough along the middle, turned up at the tip.
-                float leaf = (layer == 0 ? 0.62f : 0.36f) * root(1.0f - across * across) - 0.14f * smooth_step(0.3f, 0.0f, across);
+                float leaf = (layer == 0 ? 0.62f : 0.36f) * root(1.0f - across * across) -
+                             0.14f * smooth_step(0.3f, 0.0f, across);
                 height = max1(height, leaf * (0.72f + 0.28f * t * t) * smooth_step(1.0f, 0.96f, t));
             }
         }
@@ -149,7 +151,8 @@ static float leaf(float x, float y)
     float rim = 0.30f * smooth_step(0.16f, 0.06f, abs1(t - 0.86f));
     float rib = 0.35f * smooth_step(0.14f, 0.04f, t) * smooth_step(1.0f, 0.8f, y);
     float veins = 0.10f * smooth_step(0.4f, 0.9f, wave_sine(y * 6.0f - t * 1.2f)) * smooth_step(0.86f, 0.7f, t);
-    return clamp1(0.42f + 0.22f * root(1.0f - t * t) + rim + rib + veins + 0.12f * y, 0.0f, 1.0f) * smooth_step(1.0f, 0.95f, t);
+    return clamp1(0.42f + 0.22f * root(1.0f - t * t) + rim + rib + veins + 0.12f * y, 0.0f, 1.0f) *
+           smooth_step(1.0f, 0.95f, t);
 }
 
 static float tongues(float along, float across)
@@ -206,8 +209,10 @@ static float glyphs(float along, float across)
     least = chance(cell, 5, 6) < 0.45f ? least : 9.0f;
     for (uint i = 0; i < 4; i++) {
         // Strokes between points of a small grid.
-        float x0 = 0.42f * ((float)(hash3(cell, i, 7) % 3) - 1.0f), y0 = 0.40f * ((float)(hash3(cell, i, 8) % 5) - 2.0f);
-        float x1 = 0.42f * ((float)(hash3(cell, i, 9) % 3) - 1.0f), y1 = 0.40f * ((float)(hash3(cell, i, 10) % 5) - 2.0f);
+        float x0 = 0.42f * ((float)(hash3(cell, i, 7) % 3) - 1.0f),
+              y0 = 0.40f * ((float)(hash3(cell, i, 8) % 5) - 2.0f);
+        float x1 = 0.42f * ((float)(hash3(cell, i, 9) % 3) - 1.0f),
+              y1 = 0.40f * ((float)(hash3(cell, i, 10) % 5) - 2.0f);
         least = min1(least, segment_distance(x, y, x0, y0, (i & 1) != 0 ? x0 : x1, y1));
     }
     return raised(least, 0.085f, 0.035f);
@@ -229,34 +234,20 @@ static float waves(float along, float across, float aspect)
 float clast_ornament_height(clast_ornament ornament, float along, float across, float aspect)
 {
     switch (ornament) {
-    case CLAST_ORNAMENT_BEADS:
-        return beads(along, across, aspect);
-    case CLAST_ORNAMENT_ROPE:
-        return rope(along, across);
-    case CLAST_ORNAMENT_GUILLOCHE:
-        return guilloche(along, across, aspect);
-    case CLAST_ORNAMENT_MEANDER:
-        return meander(along, across);
-    case CLAST_ORNAMENT_SCALES:
-        return scales(along, across);
-    case CLAST_ORNAMENT_COFFERS:
-        return coffers(along, across, aspect);
-    case CLAST_ORNAMENT_TONGUES:
-        return tongues(along, across);
-    case CLAST_ORNAMENT_LEAVES:
-        return leaves(along, across);
-    case CLAST_ORNAMENT_FLUTES:
-        return flutes(along, across);
-    case CLAST_ORNAMENT_LATTICE:
-        return lattice(along, across, aspect);
-    case CLAST_ORNAMENT_TICKS:
-        return ticks(along, across);
-    case CLAST_ORNAMENT_GLYPHS:
-        return glyphs(along, across);
-    case CLAST_ORNAMENT_WAVES:
-        return waves(along, across, aspect);
-    case CLAST_ORNAMENT_PLAIN:
-        break;
+    case CLAST_ORNAMENT_BEADS: return beads(along, across, aspect);
+    case CLAST_ORNAMENT_ROPE: return rope(along, across);
+    case CLAST_ORNAMENT_GUILLOCHE: return guilloche(along, across, aspect);
+    case CLAST_ORNAMENT_MEANDER: return meander(along, across);
+    case CLAST_ORNAMENT_SCALES: return scales(along, across);
+    case CLAST_ORNAMENT_COFFERS: return coffers(along, across, aspect);
+    case CLAST_ORNAMENT_TONGUES: return tongues(along, across);
+    case CLAST_ORNAMENT_LEAVES: return leaves(along, across);
+    case CLAST_ORNAMENT_FLUTES: return flutes(along, across);
+    case CLAST_ORNAMENT_LATTICE: return lattice(along, across, aspect);
+    case CLAST_ORNAMENT_TICKS: return ticks(along, across);
+    case CLAST_ORNAMENT_GLYPHS: return glyphs(along, across);
+    case CLAST_ORNAMENT_WAVES: return waves(along, across, aspect);
+    case CLAST_ORNAMENT_PLAIN: break;
     }
     return 0.0f;
 }

@@ -22,7 +22,7 @@ typedef enum clast_ornament {
     CLAST_ORNAMENT_WAVES,     // running spirals
 } clast_ornament;
 
-// `along` counts repeats; `across` is -1 to 1 over the band's width; `aspect` is the band's width over a repeat's length.
+// `along` counts repeats; `across` is -1 to 1 over the band's width; `aspect` is its width over a repeat's length.
 float clast_ornament_height(clast_ornament ornament, float along, float across, float aspect);
 
 // A flower of `petals` around a boss, in the unit disc.

@@ -22,8 +22,8 @@ clast_file_output *clast_outputs_open(clast_outputs *outputs, const char *name)
         return NULL;
     }
     if (outputs->count == CLAST_OUTPUTS_MOST) {
-        clast_outputs_note(outputs, clast_fail(outputs->context, CLAST_ERROR_LIMIT, "%s: more than %d files of one scene", name,
-                                               CLAST_OUTPUTS_MOST));
+        clast_outputs_note(outputs, clast_fail(outputs->context, CLAST_ERROR_LIMIT,
+                                               "%s: more than %d files of one scene", name, CLAST_OUTPUTS_MOST));
         return NULL;
     }
     size_t size = strlen(outputs->folder) + strlen(name) + 2;

@@ -19,7 +19,7 @@ typedef struct clast_outputs {
 void clast_outputs_begin(clast_outputs *outputs, clast_context *context, const char *folder);
 // Begins the file `name` of the folder. Null after a failure, which is kept in outputs->status.
 clast_file_output *clast_outputs_open(clast_outputs *outputs, const char *name);
-// Makes all files visible, in the order of opening; after a failure gives all up. The folder's earlier files stay until then.
+// Makes all files visible, in the order of opening; after a failure gives all up. Earlier files stay until then.
 clast_status clast_outputs_commit(clast_outputs *outputs);
 void clast_outputs_discard(clast_outputs *outputs);
 // Keeps the first failure.

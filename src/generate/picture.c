@@ -14,13 +14,19 @@ static void write_piece(png_structp png, png_bytep data, png_size_t size)
     }
 }
 
-static void flush_nothing(png_structp png) { (void)png; }
+static void flush_nothing(png_structp png)
+{
+    (void)png;
+}
 static void stop(png_structp png, png_const_charp text)
 {
     (void)text;
     png_longjmp(png, 1);
 }
-static void ignore(png_structp png, png_const_charp text) { (void)png, (void)text; }
+static void ignore(png_structp png, png_const_charp text)
+{
+    (void)png, (void)text;
+}
 
 // Rows of `stride` bytes, tightly packed, big-endian where 16-bit.
 static void write_png(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height, int depth, int colour,
@@ -50,13 +56,15 @@ static void write_png(clast_outputs *outputs, const char *name, uint32_t width, 
         }
         png_write_end(png, information);
     } else if (file->status == CLAST_OK) {
-        clast_outputs_note(outputs, clast_fail(outputs->context, CLAST_ERROR_OUT_OF_MEMORY, "%s: the PNG encoder failed", name));
+        clast_outputs_note(outputs,
+                           clast_fail(outputs->context, CLAST_ERROR_OUT_OF_MEMORY, "%s: the PNG encoder failed", name));
     }
     clast_outputs_note(outputs, file->status);
     png_destroy_write_struct(&png, &information);
 }
 
-void clast_picture_write(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height, const uint8_t *pixels)
+void clast_picture_write(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height,
+                         const uint8_t *pixels)
 {
     write_png(outputs, name, width, height, 8, PNG_COLOR_TYPE_RGB, pixels, (size_t)width * 3);
 }
@@ -80,7 +88,8 @@ static void evaluate_rows(void *data, size_t begin, size_t end, uint32_t worker)
 }
 
 void clast_picture_write_heights(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height,
-                                 float (*texel)(const void *data, uint32_t x, uint32_t y), const void *data, float *low, float *high)
+                                 float (*texel)(const void *data, uint32_t x, uint32_t y), const void *data, float *low,
+                                 float *high)
 {
     size_t count = (size_t)width * height;
     float *heights = clast_allocate(outputs->context, count, sizeof *heights);

@@ -7,9 +7,11 @@
 #include "shared/dialect.h"
 
 // Writes 8-bit RGB rows.
-void clast_picture_write(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height, const uint8_t *pixels);
+void clast_picture_write(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height,
+                         const uint8_t *pixels);
 // Evaluates `texel` everywhere, in parallel, and writes 16-bit grey: 0 is *low, 65535 is *high, which are found.
 void clast_picture_write_heights(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height,
-                                 float (*texel)(const void *data, uint32_t x, uint32_t y), const void *data, float *low, float *high);
+                                 float (*texel)(const void *data, uint32_t x, uint32_t y), const void *data, float *low,
+                                 float *high);
 
 #endif

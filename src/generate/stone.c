@@ -50,15 +50,19 @@ static float outer_relief(const clast_stone *stone, vec3 p)
         return 0.0f;
     }
     float height = stone->half[1] - stone->bevel, across = p[1] / height;
-    float inside = smooth_step(1.0f, 0.93f, abs1(across)) * smooth_step(stone->half[0] - stone->bevel, stone->half[0] - 2.5f * stone->bevel, abs1(p[0]));
+    float inside = smooth_step(1.0f, 0.93f, abs1(across)) *
+                   smooth_step(stone->half[0] - stone->bevel, stone->half[0] - 2.5f * stone->bevel, abs1(p[0]));
     float along = (p[0] / stone->half[0] * 0.5f + 0.5f) * stone->repeats;
-    return inside * clast_ornament_height(stone->ornament, along, clamp1(across, -1.0f, 1.0f), height * stone->repeats / stone->half[0]);
+    return inside * clast_ornament_height(stone->ornament, along, clamp1(across, -1.0f, 1.0f),
+                                          height * stone->repeats / stone->half[0]);
 }
 
 // How far a place of the box is worn in, local coordinates.
 static float worn(const clast_stone *stone, vec3 p, float edge)
 {
-    vec3 q = p + vec3(unit_float(hash1(stone->seed)), unit_float(hash2(stone->seed, 1)), unit_float(hash2(stone->seed, 2))) * 64.0f;
+    vec3 q = p + vec3(unit_float(hash1(stone->seed)), unit_float(hash2(stone->seed, 1)),
+                      unit_float(hash2(stone->seed, 2))) *
+                     64.0f;
     float wear = clast_wear(q, stone->seed);
     float bite = smooth_step(0.12f, 0.5f, clast_noise3(q * 1.9f, stone->seed + 5));
     return stone->wear * (wear * (0.5f + edge) + 2.2f * bite * edge);
@@ -87,14 +91,23 @@ static void evaluate_stone(const void *shape, vec3 lattice, uint32_t face, clast
     slope = slope - box.normal * dot3(slope, box.normal);
     vec3 normal = box.normal - slope - vec3(stone->tilt_z, 0.0f, stone->tilt_x) * box.normal[1];
     result->normal = normalize3(turn_vector(normal, turns));
-    vec3 colour = clast_carved_colour(stone->colour, result->position, stone->ornament != CLAST_ORNAMENT_PLAIN && face == 5 ? relief : 0.45f + 0.4f * box.edge, stone->seed & 1);
+    vec3 colour = clast_carved_colour(
+        stone->colour, result->position,
+        stone->ornament != CLAST_ORNAMENT_PLAIN && face == 5 ? relief : 0.45f + 0.4f * box.edge, stone->seed & 1);
     float low = smooth_step(-0.9f, -1.0f, lattice[1]); // the joint below
     colour = colour * (1.0f - 0.35f * low);
-    result->colour = mix3(colour, CLAST_SAND_COLOUR, stone->dust * smooth_step(0.3f, 0.9f, box.normal[1]) *
-                          clamp1(0.55f + 0.9f * clast_fractal2(vec2(result->position[0], result->position[2]) * 0.9f, 3, 77), 0.0f, 1.0f));
+    result->colour = mix3(
+        colour, CLAST_SAND_COLOUR,
+        stone->dust * smooth_step(0.3f, 0.9f, box.normal[1]) *
+            clamp1(0.55f + 0.9f * clast_fractal2(vec2(result->position[0], result->position[2]) * 0.9f, 3, 77), 0.0f,
+                   1.0f));
     uint32_t axis = face / 2;
     vec2 offset = vec2(chance(stone->seed, 3, axis), chance(stone->seed, 4, axis));
-    result->coordinates = (axis == 0 ? vec2(p[2], -p[1]) : axis == 1 ? vec2(p[0], p[2]) : vec2(p[0], -p[1])) * (1.0f / TILE) + offset;
+    result->coordinates = (axis == 0   ? vec2(p[2], -p[1])
+                           : axis == 1 ? vec2(p[0], p[2])
+                                       : vec2(p[0], -p[1])) *
+                              (1.0f / TILE) +
+                          offset;
 }
 
 static uint32_t divide(float length, float side)

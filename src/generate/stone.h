@@ -8,14 +8,14 @@
 
 // Local axes: x along (tangential where bent), y up, z outwards.
 typedef struct clast_stone {
-    vec3 half;              // half sizes
+    vec3 half; // half sizes
     float bevel;
-    vec3 centre;            // straight: place; bent: only y is looked at
-    float turn;             // about y, turns; bent: where its middle stands, from +x towards +z
-    float radius;           // bent around the axis at this radius; 0: straight
-    float tilt_x, tilt_z;   // slopes of the top along z and x
+    vec3 centre;          // straight: place; bent: only y is looked at
+    float turn;           // about y, turns; bent: where its middle stands, from +x towards +z
+    float radius;         // bent around the axis at this radius; 0: straight
+    float tilt_x, tilt_z; // slopes of the top along z and x
     vec3 colour;
-    float wear;             // metres
+    float wear;              // metres
     clast_ornament ornament; // on the outer face
     float repeats, depth;    // along the stone
     float dust;              // sand that lies on top, 0 to 1, as colour

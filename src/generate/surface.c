@@ -9,16 +9,19 @@ enum { STRIP_VERTICES = 1 << 17 };
 // A grid of evaluated points on its way to the files.
 typedef struct strip {
     const clast_sheet *sheet;
-    const clast_block *block;       // where it is a block's face
+    const clast_block *block; // where it is a block's face
     clast_builder *builder;
     uint32_t face;
-    const float *face_u, *face_v;   // lattice coordinates of a block's face
-    uint32_t first_row, row_count;  // vertex rows that are written
-    uint32_t before;                // rows evaluated before the first written one
+    const float *face_u, *face_v;  // lattice coordinates of a block's face
+    uint32_t first_row, row_count; // vertex rows that are written
+    uint32_t before;               // rows evaluated before the first written one
     uint32_t evaluated_rows;
 } strip;
 
-static uint32_t vertex_columns(const strip *s) { return s->sheet->columns + 1; }
+static uint32_t vertex_columns(const strip *s)
+{
+    return s->sheet->columns + 1;
+}
 
 // ----------------------------------------------------------------------------------------------------- evaluation
 
@@ -26,12 +29,9 @@ static vec3 face_point(uint32_t face, float a, float b)
 {
     float side = (face & 1) != 0 ? 1.0f : -1.0f;
     switch (face / 2) {
-    case 0:
-        return vec3(side, a, b);
-    case 1:
-        return vec3(b, side, a);
-    default:
-        return vec3(a, b, side);
+    case 0: return vec3(side, a, b);
+    case 1: return vec3(b, side, a);
+    default: return vec3(a, b, side);
     }
 }
 
@@ -82,8 +82,8 @@ static difference subtract(const clast_surface_point *a, const clast_surface_poi
     return (difference){a->position - b->position, a->coordinates - b->coordinates};
 }
 
-// Differences along u and v around a point of the strip: over two steps, one at a border. At a seam the texture coordinates
-// jump, and are taken over one step, twice.
+// Differences along u and v around a point of the strip: over two steps, one at a border. At a seam the texture
+// coordinates jump, and are taken over one step, twice.
 static void differences(const strip *s, uint32_t column, uint32_t row, difference *along_u, difference *along_v)
 {
     const clast_sheet *sheet = s->sheet;
@@ -126,12 +126,13 @@ static vec3 any_tangent(vec3 normal)
     return normalize3(cross3(normal, abs1(normal[0]) < 0.6f ? vec3(1.0f, 0.0f, 0.0f) : vec3(0.0f, 0.0f, 1.0f)));
 }
 
-// The tangent is the way in which u of the texture grows; cross(normal, tangent) * sign is the way in which its v falls,
+// The tangent is the way in which u of the texture grows; cross(normal, tangent) * sign the way in which its v falls,
 // since glTF's normal maps have green up while v goes down.
 static packed4 tangent_at(difference a, difference b, vec3 normal)
 {
     float determinant = a.coordinates[0] * b.coordinates[1] - a.coordinates[1] * b.coordinates[0];
-    vec3 tangent = (a.position * b.coordinates[1] - b.position * a.coordinates[1]) * (determinant < 0.0f ? -1.0f : 1.0f);
+    vec3 tangent = (a.position * b.coordinates[1] - b.position * a.coordinates[1]) *
+                   (determinant < 0.0f ? -1.0f : 1.0f);
     vec3 fall = (a.position * b.coordinates[0] - b.position * a.coordinates[0]) * (determinant < 0.0f ? 1.0f : -1.0f);
     float largest = max1(abs1(tangent[0]), max1(abs1(tangent[1]), abs1(tangent[2])));
     tangent = largest > 0.0f ? tangent * (1.0f / largest) : tangent;
@@ -141,7 +142,10 @@ static packed4 tangent_at(difference a, difference b, vec3 normal)
     return store4(vec4(tangent[0], tangent[1], tangent[2], sign));
 }
 
-static uint16_t to_unorm16(float x) { return (uint16_t)(clamp1(x, 0.0f, 1.0f) * 65535.0f + 0.5f); }
+static uint16_t to_unorm16(float x)
+{
+    return (uint16_t)(clamp1(x, 0.0f, 1.0f) * 65535.0f + 0.5f);
+}
 
 static void finish_rows(void *data, size_t begin, size_t end, uint32_t worker)
 {
@@ -171,9 +175,15 @@ static void finish_rows(void *data, size_t begin, size_t end, uint32_t worker)
 
 // -------------------------------------------------------------------------------------------------------- writing
 
-static void note(clast_builder *builder, clast_status status) { clast_outputs_note(builder->writer->outputs, status); }
+static void note(clast_builder *builder, clast_status status)
+{
+    clast_outputs_note(builder->writer->outputs, status);
+}
 
-static bool sound(const clast_builder *builder) { return builder->writer->outputs->status == CLAST_OK; }
+static bool sound(const clast_builder *builder)
+{
+    return builder->writer->outputs->status == CLAST_OK;
+}
 
 static void free_buffers(clast_builder *builder)
 {
@@ -202,8 +212,8 @@ static bool reserve(clast_builder *builder, size_t points, size_t vertices, size
     builder->tangents = clast_allocate(builder->context, vertices, sizeof *builder->tangents);
     builder->coordinates = clast_allocate(builder->context, vertices, sizeof *builder->coordinates);
     builder->colours = clast_allocate(builder->context, vertices, sizeof *builder->colours);
-    if (builder->positions == NULL || builder->normals == NULL || builder->tangents == NULL || builder->coordinates == NULL ||
-        builder->colours == NULL) {
+    if (builder->positions == NULL || builder->normals == NULL || builder->tangents == NULL ||
+        builder->coordinates == NULL || builder->colours == NULL) {
         note(builder, CLAST_ERROR_OUT_OF_MEMORY);
         return false;
     }
@@ -225,8 +235,8 @@ static bool same_place(const clast_surface_point *points, size_t a, size_t b)
     return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
 }
 
-static uint32_t add_triangle(uint32_t *indices, const clast_surface_point *points, const size_t at[3], const uint32_t number[3],
-                             bool flipped)
+static uint32_t add_triangle(uint32_t *indices, const clast_surface_point *points, const size_t at[3],
+                             const uint32_t number[3], bool flipped)
 {
     if (same_place(points, at[0], at[1]) || same_place(points, at[1], at[2]) || same_place(points, at[2], at[0])) {
         return 0; // at a pole
@@ -248,14 +258,18 @@ static uint32_t write_quads(const strip *s, uint32_t base)
             uint32_t lower = base + (s->first_row + j) * (columns + 1) + i, upper = lower - (columns + 1);
             // Alternate diagonals: no direction is preferred.
             if (((i + s->first_row + j) & 1) != 0) {
-                count += add_triangle(builder->indices + count, builder->points, (size_t[3]){at_upper, at_upper + 1, at_lower + 1},
+                count += add_triangle(builder->indices + count, builder->points,
+                                      (size_t[3]){at_upper, at_upper + 1, at_lower + 1},
                                       (uint32_t[3]){upper, upper + 1, lower + 1}, s->sheet->flipped);
-                count += add_triangle(builder->indices + count, builder->points, (size_t[3]){at_upper, at_lower + 1, at_lower},
+                count += add_triangle(builder->indices + count, builder->points,
+                                      (size_t[3]){at_upper, at_lower + 1, at_lower},
                                       (uint32_t[3]){upper, lower + 1, lower}, s->sheet->flipped);
             } else {
-                count += add_triangle(builder->indices + count, builder->points, (size_t[3]){at_upper, at_upper + 1, at_lower},
+                count += add_triangle(builder->indices + count, builder->points,
+                                      (size_t[3]){at_upper, at_upper + 1, at_lower},
                                       (uint32_t[3]){upper, upper + 1, lower}, s->sheet->flipped);
-                count += add_triangle(builder->indices + count, builder->points, (size_t[3]){at_upper + 1, at_lower + 1, at_lower},
+                count += add_triangle(builder->indices + count, builder->points,
+                                      (size_t[3]){at_upper + 1, at_lower + 1, at_lower},
                                       (uint32_t[3]){upper + 1, lower + 1, lower}, s->sheet->flipped);
             }
         }
@@ -273,8 +287,10 @@ static void write_strip(strip *s, uint32_t base)
     }
     clast_parallel_for(builder->context, points, 512, evaluate_rows, s);
     clast_parallel_for(builder->context, vertices, 4096, finish_rows, s);
-    clast_gltf_add_vertices(builder->writer, &(clast_gltf_vertices){builder->positions, builder->normals, builder->tangents,
-                                                                    builder->coordinates, builder->colours}, (uint32_t)vertices);
+    clast_gltf_add_vertices(builder->writer,
+                            &(clast_gltf_vertices){builder->positions, builder->normals, builder->tangents,
+                                                   builder->coordinates, builder->colours},
+                            (uint32_t)vertices);
     clast_gltf_add_indices(builder->writer, builder->indices, write_quads(s, base));
     note(builder, clast_progress(builder->context, "generate", builder->writer->triangle_count, builder->expected));
 }
@@ -288,7 +304,11 @@ void clast_build_sheet(clast_builder *builder, const clast_sheet *sheet)
         uint32_t count = rows - row < strip_rows ? rows - row : strip_rows;
         uint32_t before = row > 0 || sheet->wraps_rows ? 1 : 0;
         uint32_t after = row + count < rows || sheet->wraps_rows ? 1 : 0;
-        strip s = {.sheet = sheet, .builder = builder, .first_row = row, .row_count = count, .before = before,
+        strip s = {.sheet = sheet,
+                   .builder = builder,
+                   .first_row = row,
+                   .row_count = count,
+                   .before = before,
                    .evaluated_rows = before + count + after};
         write_strip(&s, base);
     }
@@ -325,9 +345,16 @@ void clast_build_block(clast_builder *builder, const clast_block *block)
         }
         uint32_t u_axis = (face / 2 + 1) % 3, v_axis = (face / 2 + 2) % 3;
         // face_point() takes its first number for axis + 1.
-        clast_sheet sheet = {.columns = block->segments[u_axis], .rows = block->segments[v_axis], .flipped = (face & 1) == 0};
-        strip s = {.sheet = &sheet, .block = block, .builder = builder, .face = face, .face_u = coordinates[u_axis],
-                   .face_v = coordinates[v_axis], .row_count = sheet.rows + 1, .evaluated_rows = sheet.rows + 1};
+        clast_sheet sheet = {
+            .columns = block->segments[u_axis], .rows = block->segments[v_axis], .flipped = (face & 1) == 0};
+        strip s = {.sheet = &sheet,
+                   .block = block,
+                   .builder = builder,
+                   .face = face,
+                   .face_u = coordinates[u_axis],
+                   .face_v = coordinates[v_axis],
+                   .row_count = sheet.rows + 1,
+                   .evaluated_rows = sheet.rows + 1};
         write_strip(&s, builder->writer->vertex_count);
     }
 }

@@ -10,34 +10,35 @@
 typedef struct clast_surface_point {
     vec3 position;
     vec3 normal;
-    vec3 colour;      // linear, 0 to 1: times the material's
+    vec3 colour; // linear, 0 to 1: times the material's
     vec2 coordinates;
 } clast_surface_point;
 
 typedef struct clast_sheet {
     const void *shape;
     void (*evaluate)(const void *shape, float u, float v, clast_surface_point *point); // u, v in [0, 1]
-    uint32_t columns, rows;  // quads
-    bool wraps_columns;      // u = 1 is u = 0 again; texture coordinates may differ
+    uint32_t columns, rows;                                                            // quads
+    bool wraps_columns; // u = 1 is u = 0 again; texture coordinates may differ
     bool wraps_rows;
-    bool flipped;            // faces the other way; else the front is towards d/du x d/dv
+    bool flipped; // faces the other way; else the front is towards d/du x d/dv
 } clast_sheet;
 
 // A cube's surface, [-1, 1]^3. Vertices on shared edges come from the same numbers on both sides.
 typedef struct clast_block {
     const void *shape;
-    void (*evaluate)(const void *shape, vec3 point, uint32_t face, clast_surface_point *result); // face: axis * 2 + (1: positive)
-    uint32_t segments[3];    // along each axis
-    uint32_t bevel_segments; // of them at each end, within `bevels` of the end
+    void (*evaluate)(const void *shape, vec3 point, uint32_t face,
+                     clast_surface_point *result); // face: axis * 2 + (1: positive)
+    uint32_t segments[3];                          // along each axis
+    uint32_t bevel_segments;                       // of them at each end, within `bevels` of the end
     float bevels[3];
-    uint32_t hidden_faces;   // bit mask of faces to leave out
+    uint32_t hidden_faces; // bit mask of faces to leave out
 } clast_block;
 
 // What building needs, reused from surface to surface.
 typedef struct clast_builder {
     clast_context *context;
     clast_gltf_writer *writer;
-    uint64_t expected;       // triangles, for progress
+    uint64_t expected; // triangles, for progress
     clast_surface_point *points;
     size_t point_capacity;
     packed3 *positions, *normals;

@@ -22,7 +22,8 @@ static float drift_height(float x, float z, uint seed)
 static float dune_height(float x, float z, uint seed)
 {
     vec2 p = vec2(x, z) * (1.0f / 46.0f);
-    vec2 warp = vec2(clast_noise2(p * 0.6f + vec2(3.1f, 0.0f), seed + 60), clast_noise2(p * 0.6f + vec2(0.0f, 5.7f), seed + 61));
+    vec2 warp = vec2(clast_noise2(p * 0.6f + vec2(3.1f, 0.0f), seed + 60),
+                     clast_noise2(p * 0.6f + vec2(0.0f, 5.7f), seed + 61));
     float crest = 1.0f - abs1(clast_noise2(vec2(p[0] * 0.55f + p[1] * 0.2f, p[1] * 1.25f) + warp * 0.7f, seed + 62));
     return 2.6f * crest * crest * crest;
 }
@@ -50,7 +51,7 @@ static foothill foothill_at(const clast_canyon *canyon, float x, float z)
 typedef struct ground {
     float height; // of the sand
     foothill foothill;
-    float plaza;  // 0 to 1: on the pavement
+    float plaza; // 0 to 1: on the pavement
 } ground;
 
 static ground ground_at(const clast_canyon *canyon, float x, float z)
@@ -66,7 +67,8 @@ static ground ground_at(const clast_canyon *canyon, float x, float z)
     float away = smooth_step(26.0f, 85.0f, radius);
     float open = 0.12f + swell * smooth_step(14.0f, 40.0f, radius) + dune_height(x, z, seed) * away;
     // The way to the monument is kept low between banks.
-    float way = (1.0f - smooth_step(2.6f, 6.5f, abs1(x))) * smooth_step(8.0f, 14.0f, z) * (1.0f - smooth_step(40.0f, 62.0f, z));
+    float way = (1.0f - smooth_step(2.6f, 6.5f, abs1(x))) * smooth_step(8.0f, 14.0f, z) *
+                (1.0f - smooth_step(40.0f, 62.0f, z));
     open = mix1(open, -0.05f + 0.20f * clast_fractal2(vec2(x, z) * 0.33f, 3, seed + 72), way);
     float hills = smooth_step(700.0f, 1900.0f, radius);
     if (hills > 0.0f) {
@@ -107,7 +109,8 @@ static void evaluate_ground(const void *shape, float u, float v, clast_surface_p
     float distance = length2(vec2(x, z));
     point->colour = min3(mix3(colour, CLAST_HAZE_COLOUR, 0.78f * smooth_step(120.0f, 1300.0f, distance)), splat3(1.0f));
     // Texture coordinates bend a little, so that the ripples' repetition does not line up.
-    vec2 bend = vec2(clast_noise2(vec2(x, z) * 0.045f, canyon->seed + 83), clast_noise2(vec2(x, z) * 0.045f + splat2(9.0f), canyon->seed + 84));
+    vec2 bend = vec2(clast_noise2(vec2(x, z) * 0.045f, canyon->seed + 83),
+                     clast_noise2(vec2(x, z) * 0.045f + splat2(9.0f), canyon->seed + 84));
     point->coordinates = vec2(x, z) * 0.19f + bend * 0.75f;
 }
 
@@ -140,7 +143,8 @@ static float height_texel(const void *data, uint32_t x, uint32_t y)
                                ((float)y + 0.5f) * step - 0.5f * job->size);
 }
 
-void clast_canyon_write_heights(clast_canyon *canyon, const char *name, uint32_t pixels, float size, float *low, float *high)
+void clast_canyon_write_heights(clast_canyon *canyon, const char *name, uint32_t pixels, float size, float *low,
+                                float *high)
 {
     height_job job = {canyon, pixels, size};
     clast_picture_write_heights(canyon->outputs, name, pixels, pixels, height_texel, &job, low, high);

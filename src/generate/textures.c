@@ -15,8 +15,8 @@ const clast_texture_files clast_texture_names[CLAST_TEXTURE_KINDS] = {
 };
 
 typedef struct texel {
-    vec3 colour;     // linear
-    float height;    // in sides of the picture
+    vec3 colour;  // linear
+    float height; // in sides of the picture
     float roughness;
     float metal;
 } texel;
@@ -30,15 +30,18 @@ static texel sand(vec2 p, uint seed)
     float t = fraction(phase);
     // Gentle on the windward side, steep on the lee.
     float wave = t < 0.68f ? smooth_step(0.0f, 0.68f, t) : smooth_step(1.0f, 0.68f, t);
-    float strength = 0.35f + 0.65f * smooth_step(-0.35f, 0.30f, warp[1] + 0.5f * clast_noise2_tiled(p * 6.0f, 6, seed + 21));
+    float strength = 0.35f +
+                     0.65f * smooth_step(-0.35f, 0.30f, warp[1] + 0.5f * clast_noise2_tiled(p * 6.0f, 6, seed + 21));
     float grain = clast_fractal2_tiled(p * 96.0f, 96, 2, seed + 22);
     clast_cells pebbles = clast_cells2_tiled(p * 64.0f + warp * 2.0f, 64, seed + 23);
     float pebble_size = 0.12f + 0.2f * unit_float(hash1(pebbles.id));
-    float pebble = unit_float(pebbles.id) < 0.03f ? root(1.0f - square((pebbles.nearest + 0.1f * grain) / pebble_size)) : 0.0f;
+    float pebble = unit_float(pebbles.id) < 0.03f ? root(1.0f - square((pebbles.nearest + 0.1f * grain) / pebble_size))
+                                                  : 0.0f;
     float tone = 0.86f + 0.07f * strength * (wave - 0.5f) + 0.16f * grain + 0.10f * warp[1];
     vec3 colour = vec3(1.0f, 0.985f, 0.96f) * tone;
     colour = mix3(colour, vec3(0.66f, 0.60f, 0.56f), 0.7f * smooth_step(0.0f, 0.5f, pebble));
-    return (texel){colour, 0.0021f * strength * wave + 0.0007f * grain + 0.0009f * pebble, 0.88f - 0.10f * grain - 0.2f * (pebble > 0.0f ? 1.0f : 0.0f), 0.0f};
+    return (texel){colour, 0.0021f * strength * wave + 0.0007f * grain + 0.0009f * pebble,
+                   0.88f - 0.10f * grain - 0.2f * (pebble > 0.0f ? 1.0f : 0.0f), 0.0f};
 }
 
 static texel rock(vec2 p, uint seed)
@@ -50,7 +53,7 @@ static texel rock(vec2 p, uint seed)
     // Cracks follow the creases of a noise, and only in places: cells' borders would look like a net.
     float crease = abs1(clast_fractal2_tiled(q * 3.0f + splat2(0.4f), 3, 6, seed + 24));
     float crack = smooth_step(0.018f, 0.0f, crease) * smooth_step(-0.05f, 0.25f, warp[1]);
-    float beds = clast_fractal2_tiled(vec2(q[0] * 2.0f, q[1] * 24.0f), 24, 3, seed + 22); // periods that divide both
+    float beds = clast_fractal2_banded(vec2(q[0] * 2.0f, q[1] * 24.0f), 2, 24, 3, seed + 22);
     float fine = clast_fractal2_tiled(p * 24.0f, 24, 5, seed + 23);
     float facet = unit_float(blocks.id) - 0.5f, chip = unit_float(chips.id) - 0.5f;
     float height = 0.0035f * facet + 0.0022f * chip + 0.006f * fine + 0.004f * beds - 0.006f * crack + 0.01f * warp[0];
@@ -68,11 +71,14 @@ static texel stone(vec2 p, uint seed)
     // Chisel strokes, in patches that run two ways.
     clast_cells patches = clast_cells2_tiled(p * 5.0f + splat2(0.2f * cloud), 5, seed + 21);
     float way = unit_float(patches.id) < 0.5f ? 1.0f : -1.0f;
-    float stroke = abs1(wave_sine(34.0f * p[0] + 34.0f * way * p[1] + 1.6f * clast_noise2_tiled(p * 12.0f, 12, seed + 22)));
-    float crack = smooth_step(0.02f, 0.0f, abs1(clast_fractal2_tiled(p * 2.0f, 2, 5, seed + 23))) * smooth_step(0.0f, 0.3f, cloud);
+    float stroke = abs1(
+        wave_sine(34.0f * p[0] + 34.0f * way * p[1] + 1.6f * clast_noise2_tiled(p * 12.0f, 12, seed + 22)));
+    float crack = smooth_step(0.02f, 0.0f, abs1(clast_fractal2_tiled(p * 2.0f, 2, 5, seed + 23))) *
+                  smooth_step(0.0f, 0.3f, cloud);
     float height = 0.0006f * stroke - 0.0034f * pit + 0.0016f * fine - 0.003f * crack;
     float tone = 0.86f + 0.14f * cloud + 0.17f * fine - 0.24f * pit + 0.03f * stroke - 0.25f * crack;
-    return (texel){vec3(1.0f, 0.985f, 0.96f) * tone, height, clamp1(0.70f + 0.25f * fine - 0.12f * cloud + 0.15f * pit, 0.35f, 1.0f), 0.0f};
+    return (texel){vec3(1.0f, 0.985f, 0.96f) * tone, height,
+                   clamp1(0.70f + 0.25f * fine - 0.12f * cloud + 0.15f * pit, 0.35f, 1.0f), 0.0f};
 }
 
 static texel gold(vec2 p, uint seed)
@@ -80,10 +86,11 @@ static texel gold(vec2 p, uint seed)
     float cloud = clast_fractal2_tiled(p * 4.0f, 4, 5, seed);
     clast_cells hammer = clast_cells2_tiled(p * 34.0f, 34, seed + 10);
     float dent = square(min1(hammer.nearest, 0.8f));
-    float scratch = clast_fractal2_tiled(vec2(p[0] * 8.0f, p[1] * 128.0f), 128, 2, seed + 20);
+    float scratch = clast_fractal2_banded(vec2(p[0] * 8.0f, p[1] * 128.0f), 8, 128, 2, seed + 20);
     float tarnish = smooth_step(0.10f, 0.42f, cloud + 0.12f * scratch);
     vec3 colour = mix3(vec3(0.95f, 0.64f, 0.26f), vec3(0.40f, 0.23f, 0.11f), 0.75f * tarnish);
-    return (texel){colour, 0.0008f * dent + 0.0002f * scratch, clamp1(0.23f + 0.24f * tarnish + 0.10f * scratch + 0.06f * cloud, 0.12f, 0.8f), 1.0f};
+    return (texel){colour, 0.0008f * dent + 0.0002f * scratch,
+                   clamp1(0.23f + 0.24f * tarnish + 0.10f * scratch + 0.06f * cloud, 0.12f, 0.8f), 1.0f};
 }
 
 static texel lapis(vec2 p, uint seed)
@@ -108,7 +115,8 @@ static texel marble(vec2 p, uint seed)
     float cloud = clast_fractal2_tiled(p * 6.0f + warp, 6, 4, seed + 21);
     float dust = smooth_step(-0.12f, 0.40f, clast_fractal2_tiled(p * 5.0f, 5, 5, seed + 22));
     float tone = 0.34f + 0.12f * cloud + 0.5f * vein + 0.28f * dust;
-    return (texel){vec3(1.0f, 0.97f, 0.92f) * tone, 0.0f, clamp1(0.10f + 0.32f * dust + 0.04f * cloud, 0.05f, 1.0f), 0.0f};
+    return (texel){vec3(1.0f, 0.97f, 0.92f) * tone, 0.0f, clamp1(0.10f + 0.32f * dust + 0.04f * cloud, 0.05f, 1.0f),
+                   0.0f};
 }
 
 static texel (*const recipes[CLAST_TEXTURE_KINDS])(vec2 p, uint seed) = {sand, rock, stone, gold, lapis, marble};
@@ -145,7 +153,10 @@ static void make_gamma(uint8_t *table)
     }
 }
 
-static uint8_t to_byte(float x) { return (uint8_t)(clamp1(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
+static uint8_t to_byte(float x)
+{
+    return (uint8_t)(clamp1(x, 0.0f, 1.0f) * 255.0f + 0.5f);
+}
 
 static void paint_rows(void *data, size_t begin, size_t end, uint32_t worker)
 {
@@ -158,7 +169,8 @@ static void paint_rows(void *data, size_t begin, size_t end, uint32_t worker)
             size_t at = y * w->size + x;
             w->heights[at] = t.height;
             for (int c = 0; c < 3; c++) {
-                w->colours[3 * at + (size_t)c] = w->gamma[(uint32_t)(clamp1(t.colour[c], 0.0f, 1.0f) * (GAMMA_STEPS - 1) + 0.5f)];
+                w->colours[3 * at + (size_t)c] =
+                    w->gamma[(uint32_t)(clamp1(t.colour[c], 0.0f, 1.0f) * (GAMMA_STEPS - 1) + 0.5f)];
             }
             w->roughness[3 * at] = 255; // no occlusion
             w->roughness[3 * at + 1] = to_byte(t.roughness);

@@ -18,7 +18,8 @@ static clast_status generate(clast_context *context, double detail, uint32_t see
 
 static void add_to_hash(const char *path, const char *name, void *data)
 {
-    uint64_t *sum = data, hash = 14695981039346656037u; // FNV-1a of the name and the bytes; sums do not depend on the order
+    uint64_t *sum = data,
+             hash = 14695981039346656037u; // FNV-1a of the name and the bytes; sums do not depend on the order
     size_t size;
     unsigned char *bytes = read_whole(path, &size);
     for (const char *c = name; *c != '\0'; c++) {
@@ -104,7 +105,10 @@ static void model_free(model *loaded)
     json_decref(loaded->root);
 }
 
-static json_int_t integer(json_t *object, const char *key) { return json_integer_value(json_object_get(object, key)); }
+static json_int_t integer(json_t *object, const char *key)
+{
+    return json_integer_value(json_object_get(object, key));
+}
 
 static json_t *element(const model *m, const char *array, json_int_t index)
 {
@@ -114,7 +118,8 @@ static json_t *element(const model *m, const char *array, json_int_t index)
 }
 
 // The elements of an accessor, checked to lie inside their buffer.
-static const void *accessor_data(const model *m, json_int_t number, json_int_t component, size_t element_bytes, size_t *count)
+static const void *accessor_data(const model *m, json_int_t number, json_int_t component, size_t element_bytes,
+                                 size_t *count)
 {
     json_t *accessor = element(m, "accessors", number);
     json_t *view = element(m, "bufferViews", integer(accessor, "bufferView"));
@@ -221,7 +226,8 @@ static void check_sides(const model *m, json_t *primitive, void *data)
     const float *positions = accessor_data(m, attribute(primitive, "POSITION"), 5126, 12, &vertices);
     const float *normals = accessor_data(m, attribute(primitive, "NORMAL"), 5126, 12, &vertices);
     for (size_t i = 0; i < count; i += 3) {
-        const float *a = positions + 3 * indices[i], *b = positions + 3 * indices[i + 1], *c = positions + 3 * indices[i + 2];
+        const float *a = positions + 3 * indices[i], *b = positions + 3 * indices[i + 1],
+                    *c = positions + 3 * indices[i + 2];
         float u[3], v[3];
         for (int k = 0; k < 3; k++) {
             u[k] = b[k] - a[k];
@@ -247,7 +253,8 @@ static void check_nodes(const model *m)
     {
         json_t *mesh = json_object_get(node, "mesh"), *rotation = json_object_get(node, "rotation");
         cameras += json_object_get(node, "camera") != NULL;
-        assert_true(mesh == NULL || (size_t)json_integer_value(mesh) < json_array_size(json_object_get(m->root, "meshes")));
+        assert_true(mesh == NULL ||
+                    (size_t)json_integer_value(mesh) < json_array_size(json_object_get(m->root, "meshes")));
         if (rotation != NULL) {
             double square = 0.0;
             for (size_t k = 0; k < 4; k++) {
@@ -314,7 +321,8 @@ static void check_picture(const char *path, const char *name, void *data)
     if (strstr(name, "normal") != NULL) {
         const unsigned char *p = pixels;
         for (size_t i = 0; i < (size_t)image.width * image.height; i++) {
-            float n[3] = {(float)p[3 * i] / 127.5f - 1.0f, (float)p[3 * i + 1] / 127.5f - 1.0f, (float)p[3 * i + 2] / 127.5f - 1.0f};
+            float n[3] = {(float)p[3 * i] / 127.5f - 1.0f, (float)p[3 * i + 1] / 127.5f - 1.0f,
+                          (float)p[3 * i + 2] / 127.5f - 1.0f};
             assert_true(fabs(sqrt(dot(n, n)) - 1.0) < 0.02);
         }
     }
@@ -454,7 +462,8 @@ static void too_little_memory_is_an_error(void **state)
 {
     (void)state;
     clast_context *context;
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 2, .memory_limit = 300000}, &context), CLAST_OK);
+    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 2, .memory_limit = 300000}, &context),
+                     CLAST_OK);
     uint64_t before = clast_context_memory(context);
     folder to = folder_make();
     assert_int_equal(generate(context, 0.05, 0, &to), CLAST_ERROR_OUT_OF_MEMORY);
@@ -471,7 +480,8 @@ static void what_is_asked_for_is_checked(void **state)
     assert_int_equal(generate(context, 0.001, 0, &to), CLAST_ERROR_INVALID_ARGUMENT);
     assert_int_equal(generate(context, 26.0, 0, &to), CLAST_ERROR_INVALID_ARGUMENT);
     assert_int_equal(generate(context, (double)NAN, 0, &to), CLAST_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(clast_generate(context, &(clast_generate_desc){"atlantis", 1.0, 0}, to.path), CLAST_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(clast_generate(context, &(clast_generate_desc){"atlantis", 1.0, 0}, to.path),
+                     CLAST_ERROR_INVALID_ARGUMENT);
     assert_true(strstr(clast_context_error(context), "atlantis") != NULL);
     assert_int_equal(folder_each(&to, NULL, NULL), 0);
     folder_remove(&to);

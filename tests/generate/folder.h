@@ -26,7 +26,8 @@ static inline void folder_file(const folder *folder, const char *name, char path
 }
 
 // Calls `visit` (where not null) for each file; gives how many there are.
-static inline uint32_t folder_each(const folder *folder, void (*visit)(const char *path, const char *name, void *data), void *data)
+static inline uint32_t folder_each(const folder *folder, void (*visit)(const char *path, const char *name, void *data),
+                                   void *data)
 {
     DIR *directory = opendir(folder->path);
     assert_non_null(directory);

@@ -27,7 +27,8 @@ static void noise_is_continuous_across_cells(void **state)
 {
     (void)state;
     for (int i = -20; i < 20; i++) {
-        vec3 below = vec3((float)i - 1e-4f, 0.37f * (float)i, 1.9f), above = vec3((float)i + 1e-4f, 0.37f * (float)i, 1.9f);
+        vec3 below = vec3((float)i - 1e-4f, 0.37f * (float)i, 1.9f),
+             above = vec3((float)i + 1e-4f, 0.37f * (float)i, 1.9f);
         assert_true(fabsf(clast_noise3(below, 3) - clast_noise3(above, 3)) < 2e-3f);
         clast_cells a = clast_cells3(below, 3), b = clast_cells3(above, 3);
         assert_true(fabsf(a.nearest - b.nearest) < 1e-3f && fabsf(a.second - b.second) < 1e-3f);
@@ -54,6 +55,7 @@ static void tiled_noise_repeats(void **state)
         vec2 q = p + vec2(8.0f, -16.0f);
         assert_true(clast_noise2_tiled(p, 8, 7) == clast_noise2_tiled(q, 8, 7));
         assert_true(clast_fractal2_tiled(p, 8, 4, 7) == clast_fractal2_tiled(q, 8, 4, 7));
+        assert_true(clast_fractal2_banded(p, 4, 16, 3, 7) == clast_fractal2_banded(q, 4, 16, 3, 7));
         clast_cells a = clast_cells2_tiled(p, 8, 7), b = clast_cells2_tiled(q, 8, 7);
         assert_true(a.id == b.id && fabsf(a.nearest - b.nearest) < 1e-5f);
     }

@@ -32,8 +32,14 @@ typedef struct built {
 
 typedef void (*build_function)(clast_builder *builder, const void *what);
 
-static void build_sheet(clast_builder *builder, const void *what) { clast_build_sheet(builder, what); }
-static void build_block(clast_builder *builder, const void *what) { clast_build_block(builder, what); }
+static void build_sheet(clast_builder *builder, const void *what)
+{
+    clast_build_sheet(builder, what);
+}
+static void build_block(clast_builder *builder, const void *what)
+{
+    clast_build_block(builder, what);
+}
 
 static built build(clast_context *context, build_function function, const void *what)
 {
@@ -48,7 +54,8 @@ static built build(clast_context *context, build_function function, const void *
     clast_gltf_begin_primitive(&writer, material);
     function(&builder, what);
     clast_gltf_end_primitive(&writer);
-    clast_gltf_add_node(&writer, "test", clast_gltf_end_mesh(&writer, "test"), splat3(0.0f), vec4(0.0f, 0.0f, 0.0f, 1.0f), splat3(1.0f));
+    clast_gltf_add_node(&writer, "test", clast_gltf_end_mesh(&writer, "test"), splat3(0.0f),
+                        vec4(0.0f, 0.0f, 0.0f, 1.0f), splat3(1.0f));
     clast_builder_end(&builder);
     clast_gltf_end(&writer);
     assert_ok(context, clast_outputs_commit(&outputs));
@@ -121,7 +128,8 @@ static void assert_closed(const built *b)
 
 static void a_sheet_that_wraps_is_closed(void **state)
 {
-    clast_sheet sheet = {.evaluate = evaluate_torus, .columns = 37, .rows = 23, .wraps_columns = true, .wraps_rows = true};
+    clast_sheet sheet = {
+        .evaluate = evaluate_torus, .columns = 37, .rows = 23, .wraps_columns = true, .wraps_rows = true};
     built b = build(*state, build_sheet, &sheet);
     assert_int_equal(b.triangles, 37 * 23 * 2);
     assert_closed(&b);
@@ -130,7 +138,8 @@ static void a_sheet_that_wraps_is_closed(void **state)
 
 static void strips_of_a_large_sheet_join(void **state)
 {
-    clast_sheet sheet = {.evaluate = evaluate_torus, .columns = 400, .rows = 700, .wraps_columns = true, .wraps_rows = true};
+    clast_sheet sheet = {
+        .evaluate = evaluate_torus, .columns = 400, .rows = 700, .wraps_columns = true, .wraps_rows = true};
     built b = build(*state, build_sheet, &sheet);
     assert_int_equal(b.triangles, 400 * 700 * 2);
     assert_closed(&b);
@@ -139,7 +148,8 @@ static void strips_of_a_large_sheet_join(void **state)
 
 static void normals_point_outwards(void **state)
 {
-    clast_sheet sheet = {.evaluate = evaluate_torus, .columns = 90, .rows = 60, .wraps_columns = true, .wraps_rows = true};
+    clast_sheet sheet = {
+        .evaluate = evaluate_torus, .columns = 90, .rows = 60, .wraps_columns = true, .wraps_rows = true};
     built b = build(*state, build_sheet, &sheet);
     for (size_t i = 0; i < b.vertices; i++) {
         vec3 p = load3(b.positions[i]), n = load3(b.normals[i]);
@@ -151,7 +161,8 @@ static void normals_point_outwards(void **state)
 
 static void a_block_is_closed(void **state)
 {
-    clast_block block = {.evaluate = evaluate_cube, .segments = {7, 4, 9}, .bevel_segments = 1, .bevels = {0.1f, 0.2f, 0.05f}};
+    clast_block block = {
+        .evaluate = evaluate_cube, .segments = {7, 4, 9}, .bevel_segments = 1, .bevels = {0.1f, 0.2f, 0.05f}};
     built b = build(*state, build_block, &block);
     assert_int_equal(b.triangles, 4 * (7 * 4 + 4 * 9 + 9 * 7));
     assert_closed(&b);
@@ -180,8 +191,11 @@ static void a_pole_has_no_slivers_and_sound_normals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        CONTEXT_TEST(a_sheet_that_wraps_is_closed), CONTEXT_TEST(strips_of_a_large_sheet_join), CONTEXT_TEST(normals_point_outwards),
-        CONTEXT_TEST(a_block_is_closed),            CONTEXT_TEST(a_pole_has_no_slivers_and_sound_normals),
+        CONTEXT_TEST(a_sheet_that_wraps_is_closed),
+        CONTEXT_TEST(strips_of_a_large_sheet_join),
+        CONTEXT_TEST(normals_point_outwards),
+        CONTEXT_TEST(a_block_is_closed),
+        CONTEXT_TEST(a_pole_has_no_slivers_and_sound_normals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
