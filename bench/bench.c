@@ -46,7 +46,8 @@ void bench_begin(bench *b, const char *name, int count, char **arguments)
 
 static double ratio_of(const bench_row *row)
 {
-    double better = row->less_is_better ? row->peer_value : row->clast, worse = row->less_is_better ? row->clast : row->peer_value;
+    double better = row->less_is_better ? row->peer_value : row->clast,
+           worse = row->less_is_better ? row->clast : row->peer_value;
     return worse > 0.0 ? better / worse : 0.0;
 }
 
@@ -63,11 +64,11 @@ void bench_add(bench *b, bench_row row)
     b->rows[b->count++] = row;
     if (!b->options.json) {
         if (b->count == 1) {
-            printf("%-20s %10s %3s  %-18s %12s %12s %6s  unit, peer\n", "workload", "triangles", "thr", "metric", "clast", "peer",
-                   "ratio");
+            printf("%-20s %10s %3s  %-18s %12s %12s %6s  unit, peer\n", "workload", "triangles", "thr", "metric",
+                   "clast", "peer", "ratio");
         }
-        printf("%-20s %10llu %3u  %-18s %12.5g %12.5g %6.2f  %s, %s\n", row.workload, (unsigned long long)row.triangles, row.threads,
-               row.metric, row.clast, row.peer_value, ratio_of(&row), row.unit, row.peer);
+        printf("%-20s %10llu %3u  %-18s %12.5g %12.5g %6.2f  %s, %s\n", row.workload, (unsigned long long)row.triangles,
+               row.threads, row.metric, row.clast, row.peer_value, ratio_of(&row), row.unit, row.peer);
         fflush(stdout);
     }
 }
@@ -109,18 +110,19 @@ int bench_end(bench *b)
     if (b->options.json) {
         char machine[320];
         machine_name(machine, sizeof machine);
-        printf("{\"bench\": \"%s\", \"version\": \"%d.%d.%d\", \"machine\": ", b->name, CLAST_VERSION_MAJOR, CLAST_VERSION_MINOR,
-               CLAST_VERSION_PATCH);
+        printf("{\"bench\": \"%s\", \"version\": \"%d.%d.%d\", \"machine\": ", b->name, CLAST_VERSION_MAJOR,
+               CLAST_VERSION_MINOR, CLAST_VERSION_PATCH);
         print_text(machine);
         printf(", \"rows\": [");
         for (size_t i = 0; i < b->count; i++) {
             const bench_row *row = &b->rows[i];
             printf("%s\n  {\"workload\": ", i != 0 ? "," : "");
             print_text(row->workload);
-            printf(", \"triangles\": %llu, \"threads\": %u, \"metric\": \"%s\", \"unit\": \"%s\", \"clast\": %.6g, \"peer\": \"%s\", "
-                   "\"peer_value\": %.6g, \"ratio\": %.4g}",
-                   (unsigned long long)row->triangles, row->threads, row->metric, row->unit, row->clast, row->peer, row->peer_value,
-                   ratio_of(row));
+            printf(
+                ", \"triangles\": %llu, \"threads\": %u, \"metric\": \"%s\", \"unit\": \"%s\", \"clast\": %.6g, \"peer\": \"%s\", "
+                "\"peer_value\": %.6g, \"ratio\": %.4g}",
+                (unsigned long long)row->triangles, row->threads, row->metric, row->unit, row->clast, row->peer,
+                row->peer_value, ratio_of(row));
         }
         printf("\n]}\n");
     }

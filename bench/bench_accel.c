@@ -82,7 +82,8 @@ static float height_at(float x, float y)
 static workload make_sphere(uint32_t triangles)
 {
     uint32_t rows = (uint32_t)sqrt((double)triangles / 4.0);
-    workload w = {.name = "displaced sphere", .m = mesh_sphere(2 * rows, rows + 1), .target = {1, 0.2f, 0.1f}, .size = 2.0f};
+    workload w = {
+        .name = "displaced sphere", .m = mesh_sphere(2 * rows, rows + 1), .target = {1, 0.2f, 0.1f}, .size = 2.0f};
     for (uint32_t i = 0; i < w.m.vertex_count; i++) {
         float *p = w.m.positions + 3 * (size_t)i;
         float factor = 1.0f + 0.4f * height_at(4.0f * p[0] + p[2], 4.0f * p[1] - p[2]);
@@ -181,7 +182,8 @@ static void fill_structure(clast_context *context, structure *s, const clast_clu
     for (size_t i = 0; i < clusters->cluster_count; i++) {
         const clast_cluster *c = &clusters->clusters[i];
         float *vertices = s->vertices + 3 * (size_t)c->first_vertex;
-        descs[i] = (clast_template_desc){c->triangle_count, c->vertex_count, clusters->indices + 3 * (size_t)c->first_triangle, vertices};
+        descs[i] = (clast_template_desc){c->triangle_count, c->vertex_count,
+                                         clusters->indices + 3 * (size_t)c->first_triangle, vertices};
         inputs[i].vertices = vertices;
     }
     uint32_t first;
@@ -242,8 +244,8 @@ static embree_mesh build_embree(const job *j, enum RTCBuildQuality quality)
 {
     const mesh *m = &j->work->m;
     bool refits = quality == RTC_BUILD_QUALITY_REFIT;
-    return embree_mesh_make(j->device, refits ? j->moved : m->positions, m->vertex_count, m->indices, m->triangle_count, quality,
-                            refits ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE);
+    return embree_mesh_make(j->device, refits ? j->moved : m->positions, m->vertex_count, m->indices, m->triangle_count,
+                            quality, refits ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE);
 }
 
 // -------------------------------------------------------------------------------------------------------------- builds
@@ -271,7 +273,8 @@ static void move_vertices(job *j, float phase)
 {
     const mesh *m = &j->work->m;
     for (size_t i = 0; i < 3 * (size_t)m->vertex_count; i++) {
-        j->moved[i] = m->positions[i] + 0.002f * j->work->size * sinf(phase + 9.0f * m->positions[i / 3 * 3] / j->work->size);
+        j->moved[i] = m->positions[i] +
+                      0.002f * j->work->size * sinf(phase + 9.0f * m->positions[i / 3 * 3] / j->work->size);
     }
 }
 
@@ -324,8 +327,9 @@ static void trace_theirs_range(void *data, size_t begin, size_t end, uint32_t wo
     job *j = data;
     uint64_t found = 0;
     for (size_t i = begin; i < end; i++) {
-        found += j->any ? embree_any(j->theirs.scene, &j->rays[i])
-                        : embree_closest(j->theirs.scene, &j->rays[i], j->coherent).hit.geomID != RTC_INVALID_GEOMETRY_ID;
+        found += j->any
+                     ? embree_any(j->theirs.scene, &j->rays[i])
+                     : embree_closest(j->theirs.scene, &j->rays[i], j->coherent).hit.geomID != RTC_INVALID_GEOMETRY_ID;
     }
     atomic_fetch_add(&j->found[1], found);
 }
@@ -394,7 +398,8 @@ static void bounce_rays(job *j)
             continue;
         }
         normalise(hit.normal);
-        float dot = hit.normal[0] * ray.direction[0] + hit.normal[1] * ray.direction[1] + hit.normal[2] * ray.direction[2];
+        float dot = hit.normal[0] * ray.direction[0] + hit.normal[1] * ray.direction[1] +
+                    hit.normal[2] * ray.direction[2];
         float z = 2.0f * random_float(&r) - 1.0f, turn = 6.2831853f * random_float(&r), radius = sqrtf(1.0f - z * z);
         const float sphere[3] = {radius * cosf(turn), radius * sinf(turn), z};
         *bounce = (clast_ray){.t_min = 1e-5f * j->work->size, .t_max = INFINITY};
@@ -437,11 +442,13 @@ static bool count_bytes(void *user, ssize_t bytes, bool post)
 static void measure_bytes(bench *b, const job *j, uint32_t threads)
 {
     const mesh *m = &j->work->m;
-    double ours = (double)(clast_template_set_bytes(j->ours.set) + clast_clas_pool_bytes(j->ours.pool) + clast_blas_bytes(j->ours.blas) +
-                           clast_tlas_bytes(j->ours.tlas)) +
+    double ours = (double)(clast_template_set_bytes(j->ours.set) + clast_clas_pool_bytes(j->ours.pool) +
+                           clast_blas_bytes(j->ours.blas) + clast_tlas_bytes(j->ours.tlas)) +
                   12.0 * (double)j->ours.vertex_count;
-    double theirs = (double)atomic_load(&embree_bytes) + 12.0 * (double)m->vertex_count + 12.0 * (double)m->triangle_count;
-    add_row(b, j, threads, "bytes_per_triangle", "bytes", (bench_pair){ours / (double)m->triangle_count, theirs / (double)m->triangle_count});
+    double theirs = (double)atomic_load(&embree_bytes) + 12.0 * (double)m->vertex_count +
+                    12.0 * (double)m->triangle_count;
+    add_row(b, j, threads, "bytes_per_triangle", "bytes",
+            (bench_pair){ours / (double)m->triangle_count, theirs / (double)m->triangle_count});
 }
 
 static void measure_rays(bench *b, job *j, uint32_t threads)

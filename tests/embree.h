@@ -19,14 +19,16 @@ typedef struct embree_mesh {
     RTCGeometry geometry;
 } embree_mesh;
 
-static inline embree_mesh embree_mesh_make(RTCDevice device, const float *positions, uint32_t vertex_count, const uint32_t *indices,
-                                           uint32_t triangle_count, enum RTCBuildQuality quality, enum RTCSceneFlags flags)
+static inline embree_mesh embree_mesh_make(RTCDevice device, const float *positions, uint32_t vertex_count,
+                                           const uint32_t *indices, uint32_t triangle_count,
+                                           enum RTCBuildQuality quality, enum RTCSceneFlags flags)
 {
     embree_mesh m = {rtcNewScene(device), rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE)};
     rtcSetSceneFlags(m.scene, flags);
     rtcSetSceneBuildQuality(m.scene, quality == RTC_BUILD_QUALITY_REFIT ? RTC_BUILD_QUALITY_LOW : quality);
     rtcSetGeometryBuildQuality(m.geometry, quality);
-    rtcSetSharedGeometryBuffer(m.geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, positions, 0, 12, vertex_count);
+    rtcSetSharedGeometryBuffer(m.geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, positions, 0, 12,
+                               vertex_count);
     rtcSetSharedGeometryBuffer(m.geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices, 0, 12, triangle_count);
     rtcCommitGeometry(m.geometry);
     rtcAttachGeometry(m.scene, m.geometry);
@@ -38,8 +40,8 @@ static inline embree_mesh embree_mesh_make(RTCDevice device, const float *positi
 static inline struct RTCRayHit embree_ray(const clast_ray *ray)
 {
     struct RTCRayHit r = {
-        .ray = {ray->origin[0], ray->origin[1], ray->origin[2], ray->t_min, ray->direction[0], ray->direction[1], ray->direction[2], 0,
-                ray->t_max, ~0u, 0, 0},
+        .ray = {ray->origin[0], ray->origin[1], ray->origin[2], ray->t_min, ray->direction[0], ray->direction[1],
+                ray->direction[2], 0, ray->t_max, ~0u, 0, 0},
     };
     r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     r.hit.primID = RTC_INVALID_GEOMETRY_ID;

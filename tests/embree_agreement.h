@@ -64,62 +64,84 @@ static inline double_hit hit_in_double(const clast_ray *ray, corners c)
     cross_double(e1, e2, normal);
     double determinant = dot_double(e1, p), area = sqrt(dot_double(normal, normal));
     double longest = sqrt(fmax(dot_double(e1, e1), fmax(dot_double(e2, e2), dot_double(e3, e3))));
-    return (double_hit){dot_double(e2, q) / determinant, dot_double(from, p) / determinant, dot_double(d, q) / determinant,
-                        longest > 0.0 ? area / longest : 0.0, longest, fabs(determinant) / (area * sqrt(dot_double(d, d)))};
+    return (double_hit){dot_double(e2, q) / determinant,
+                        dot_double(from, p) / determinant,
+                        dot_double(d, q) / determinant,
+                        longest > 0.0 ? area / longest : 0.0,
+                        longest,
+                        fabs(determinant) / (area * sqrt(dot_double(d, d)))};
 }
 
-// How far outside the triangle the ray passes, as a length; negative within.
-static inline double outside_by(double_hit h)
+static inline double length_double(const float v[3])
 {
-    return -fmin(h.u, fmin(h.v, 1.0 - h.u - h.v)) * h.size;
+    return sqrt((double)v[0] * (double)v[0] + (double)v[1] * (double)v[1] + (double)v[2] * (double)v[2]);
 }
 
-// Whether floats cannot tell if the triangle is hit: near its rim, seen almost edge on, or almost degenerate.
-static inline bool is_doubtful(const agreement *a, const clast_ray *ray, double_hit h, double t)
+// How good barycentric weights can be in float: rounding moves corners, seen along the ray, by some parts of 1e-7 of the
+// distances, and the triangle is as high as this, seen so.
+static inline double weights_precision(const agreement *a, const clast_ray *ray, double_hit h)
 {
-    double reach = (double)a->scale + fabs(t) * sqrt((double)ray->direction[0] * (double)ray->direction[0] +
-                                                     (double)ray->direction[1] * (double)ray->direction[1] +
-                                                     (double)ray->direction[2] * (double)ray->direction[2]);
-    double rounding = 1e-6 * reach;
-    double rim = rounding / fmax(h.sine, 1e-12);
-    return !(fabs(outside_by(h)) > rim + rounding * h.size / fmax(h.height, 1e-300)) ||
-           fabs(h.t - (double)ray->t_max) < 1e-5 * fabs(h.t) + rim || fabs(h.t - (double)ray->t_min) < 1e-5 * fabs(h.t) + rim;
+    double reach = (double)a->scale + fabs(h.t) * length_double(ray->direction);
+    return 1e-6 * reach / fmax(h.height * h.sine, 1e-300);
 }
 
-static inline void agreement_count(agreement *a, const clast_ray *ray, corners ours, float our_t, corners theirs, float their_t)
+// And distances: weights times the triangle's size, and rounding.
+static inline double distance_precision(const agreement *a, const clast_ray *ray, double_hit h)
+{
+    double length = length_double(ray->direction);
+    return 1e-5 * (fabs(h.t) + (double)a->scale / length) + weights_precision(a, ray, h) * h.size / length;
+}
+
+// Whether floats cannot tell if the triangle is hit: near its rim, or at an end of the ray.
+static inline bool is_doubtful(const agreement *a, const clast_ray *ray, double_hit h)
+{
+    double inside = fmin(h.u, fmin(h.v, 1.0 - h.u - h.v)), precision = distance_precision(a, ray, h);
+    return !(fabs(inside) > weights_precision(a, ray, h)) || fabs(h.t - (double)ray->t_max) < precision ||
+           fabs(h.t - (double)ray->t_min) < precision;
+}
+
+static inline void agreement_count(agreement *a, const clast_ray *ray, corners ours, float our_t, corners theirs,
+                                   float their_t)
 {
     a->hits += ours.v[0] != NULL;
-    double length = sqrt((double)ray->direction[0] * (double)ray->direction[0] + (double)ray->direction[1] * (double)ray->direction[1] +
-                         (double)ray->direction[2] * (double)ray->direction[2]);
     bool same = ours.v[0] == theirs.v[0] && ours.v[1] == theirs.v[1] && ours.v[2] == theirs.v[2];
     if (same && ours.v[0] == NULL) {
         return;
     }
-    double tolerance = 1e-5 * fabs((double)our_t) + 1e-5 * (double)a->scale / length;
+    double_hit h = {0}, g = {0};
+    if (ours.v[0] != NULL) {
+        h = hit_in_double(ray, ours);
+    }
+    if (theirs.v[0] != NULL) {
+        g = hit_in_double(ray, theirs);
+    }
     if (same) {
-        // A sliver's distance is as good as its weights are; both lie within it.
-        double_hit h = hit_in_double(ray, ours);
-        if (fabs((double)our_t - (double)their_t) > tolerance + h.size / length * (h.height < 1e-4 * h.size || h.sine < 1e-3 ? 1.0 : 0.0)) {
-            a->wrong++;
+        if (!(fabs((double)our_t - h.t) <= distance_precision(a, ray, h)) && a->wrong++ < 5) {
+            fprintf(stderr, "one triangle: t %.9g, Embree %.9g, double %.9g, sine %g, size %g, height %g\n",
+                    (double)our_t, (double)their_t, h.t, h.sine, h.size, h.height);
         }
         return;
     }
-    if (ours.v[0] != NULL && theirs.v[0] != NULL && fabs((double)our_t - (double)their_t) <= tolerance) {
+    double apart = fabs((double)our_t - (double)their_t);
+    if (ours.v[0] != NULL && theirs.v[0] != NULL &&
+        apart <= fmax(distance_precision(a, ray, h), distance_precision(a, ray, g))) {
         a->ties++; // two at the same distance
         return;
     }
     // The nearer of the two was missed by one of them: was it doubtful?
     bool ours_first = theirs.v[0] == NULL || (ours.v[0] != NULL && our_t < their_t);
-    double_hit h = hit_in_double(ray, ours_first ? ours : theirs);
-    if (is_doubtful(a, ray, h, (double)(ours_first ? our_t : their_t))) {
+    h = ours_first ? h : g;
+    if (is_doubtful(a, ray, h)) {
         a->ties++;
         return;
     }
     if (a->wrong++ < 5) {
-        fprintf(stderr, "from %.9g %.9g %.9g towards %.9g %.9g %.9g: t %.9g, Embree %.9g; in double t %.9g, u %.9g, v %.9g, sine %g\n",
-                (double)ray->origin[0], (double)ray->origin[1], (double)ray->origin[2], (double)ray->direction[0],
-                (double)ray->direction[1], (double)ray->direction[2], ours.v[0] != NULL ? (double)our_t : -1.0,
-                theirs.v[0] != NULL ? (double)their_t : -1.0, h.t, h.u, h.v, h.sine);
+        fprintf(
+            stderr,
+            "from %.9g %.9g %.9g towards %.9g %.9g %.9g: t %.9g, Embree %.9g; in double t %.9g, u %.9g, v %.9g, sine %g\n",
+            (double)ray->origin[0], (double)ray->origin[1], (double)ray->origin[2], (double)ray->direction[0],
+            (double)ray->direction[1], (double)ray->direction[2], ours.v[0] != NULL ? (double)our_t : -1.0,
+            theirs.v[0] != NULL ? (double)their_t : -1.0, h.t, h.u, h.v, h.sine);
     }
 }
 

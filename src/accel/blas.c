@@ -41,13 +41,13 @@ clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t co
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if (count >= CLAST_CHILD_ITEM || (slots == NULL && count > blas->pool->count)) {
-        return clast_fail(blas->context, CLAST_ERROR_INVALID_ARGUMENT, "a BLAS over %zu clusters; the pool has %zu", count,
-                          blas->pool->count);
+        return clast_fail(blas->context, CLAST_ERROR_INVALID_ARGUMENT, "a BLAS over %zu clusters; the pool has %zu",
+                          count, blas->pool->count);
     }
     for (size_t i = 0; slots != NULL && i < count; i++) {
         if (slots[i] >= blas->pool->count) {
-            return clast_fail(blas->context, CLAST_ERROR_INVALID_ARGUMENT, "a BLAS over cluster %u; the pool has %zu", slots[i],
-                              blas->pool->count);
+            return clast_fail(blas->context, CLAST_ERROR_INVALID_ARGUMENT, "a BLAS over cluster %u; the pool has %zu",
+                              slots[i], blas->pool->count);
         }
     }
     return clast_tree_build(blas->context, &blas->tree, slot_box, blas->pool, slots, count);

@@ -58,7 +58,8 @@ clast_status clast_clas_pool_reserve(clast_clas_pool *pool, size_t count)
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if (count > CLAST_CHILD_ITEM) {
-        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "a pool of %zu clusters; 2^31 are possible", count);
+        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "a pool of %zu clusters; 2^31 are possible",
+                          count);
     }
     return make_room(pool, count, pool->set->most_blocks);
 }
@@ -87,13 +88,14 @@ static void fit_range(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-static clast_status check_inputs(const clast_clas_pool *pool, const clast_clas_input *inputs, size_t count, uint32_t *most_blocks)
+static clast_status check_inputs(const clast_clas_pool *pool, const clast_clas_input *inputs, size_t count,
+                                 uint32_t *most_blocks)
 {
     for (size_t i = 0; i < count; i++) {
         uint32_t number = inputs[i].template_number;
         if (number >= pool->set->count) {
-            return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "cluster %zu: template %u; the set has %zu", i, number,
-                              pool->set->count);
+            return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "cluster %zu: template %u; the set has %zu",
+                              i, number, pool->set->count);
         }
         if (inputs[i].vertices == NULL) {
             return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "cluster %zu has no vertices", i);
@@ -124,8 +126,8 @@ clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t 
     }
     size_t end;
     if (!clast_add_size(first, count, &end) || end > CLAST_CHILD_ITEM) {
-        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "clusters %zu and on, %zu of them; a pool has 2^31 slots", first,
-                          count);
+        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "clusters %zu and on, %zu of them; a pool has 2^31 slots", first, count);
     }
     uint32_t most_blocks = 0;
     clast_status status = check_inputs(pool, inputs, count, &most_blocks);
@@ -158,8 +160,8 @@ clast_status clast_clas_refit(clast_clas_pool *pool, size_t first, size_t count)
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if (!clast_range_fits(first, count, pool->count)) {
-        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "clusters %zu and on, %zu of them; the pool has %zu", first,
-                          count, pool->count);
+        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "clusters %zu and on, %zu of them; the pool has %zu", first, count, pool->count);
     }
     fit_job job = {pool, NULL, first, clast_accel_kernels_of(clast_context_isa(pool->context))->fit};
     clast_parallel_for(pool->context, count, FIT_GRAIN, fit_range, &job);

@@ -84,7 +84,8 @@ CLAST_LANES clast_floats4 steps_up(clast_floats4 x, clast_floats4 base, clast_fl
     return pick4(whole < steps, whole + splat4(1.0f), whole);
 }
 
-static void quantise_block(clast_box_group *group, uint32_t lane, const extent *e, clast_floats4 base, clast_floats4 inverse_step)
+static void quantise_block(clast_box_group *group, uint32_t lane, const extent *e, clast_floats4 base,
+                           clast_floats4 inverse_step)
 {
     // A block without a sound triangle has no sides: a box inside out, as far as bytes go.
     bool empty = !(e->lower[0] <= e->upper[0]);
@@ -107,7 +108,8 @@ void CLAST_KERNEL(clast_fit)(clast_clas *clas)
     extent blocks[TEMPLATE_BLOCKS];
     extent all = extent_empty();
     for (uint32_t i = 0; i < block_count; i++) {
-        blocks[i] = sound ? block_extent(&topology->blocks[i], clas->vertices) : sound_extent(&topology->blocks[i], clas->vertices);
+        blocks[i] = sound ? block_extent(&topology->blocks[i], clas->vertices)
+                          : sound_extent(&topology->blocks[i], clas->vertices);
         all.lower = min4(blocks[i].lower, all.lower);
         all.upper = max4(blocks[i].upper, all.upper);
     }
@@ -115,7 +117,8 @@ void CLAST_KERNEL(clast_fit)(clast_clas *clas)
     for (int axis = 0; axis < 3; axis++) {
         clas->lower[axis] = all.lower[axis];
         clas->upper[axis] = all.upper[axis];
-        uint32_t exponent = all.lower[axis] <= all.upper[axis] ? box_exponent(all.upper[axis] - all.lower[axis]) : BOX_STEP_LEAST;
+        uint32_t exponent = all.lower[axis] <= all.upper[axis] ? box_exponent(all.upper[axis] - all.lower[axis])
+                                                               : BOX_STEP_LEAST;
         clas->exponents[axis] = (uint8_t)exponent;
         inverse_step[axis] = power_of_two(254u - exponent);
     }

@@ -60,7 +60,8 @@ typedef struct clast_box_group {
 
 // A cluster's CLAS. A pool's slots have one size: with as many groups as its largest template needs.
 typedef struct clast_clas {
-    float lower[3]; // the box around its finite triangles, and the base of the blocks' boxes; lower > upper where none is
+    float
+        lower[3]; // the box around its finite triangles, and the base of the blocks' boxes; lower > upper where none is
     uint8_t exponents[3];
     uint8_t block_count; // zero where nothing can be hit
     float upper[3];
@@ -135,10 +136,10 @@ typedef struct clast_placement {
     float origin[3]; // of object space, in the world
     uint32_t id;
     const clast_blas *blas;
-    uint32_t index;    // in the array given
+    uint32_t index; // in the array given
     bool filtered;
     bool mirrored;
-    clast_box box;     // in the world, padded for what transforming a ray rounds
+    clast_box box; // in the world, padded for what transforming a ray rounds
 } clast_placement;
 
 struct clast_tlas {
@@ -168,8 +169,8 @@ const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa);
 
 #define CLAST_DECLARE_KERNELS(set) \
     void clast_fit_##set(clast_clas *clas); \
-    void clast_closest_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, \
-                             clast_hit *hits); \
+    void clast_closest_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, \
+                             const clast_hit_filter *filter, clast_hit *hits); \
     void clast_any_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, \
                          uint8_t *occluded);
 CLAST_DECLARE_KERNELS(plain)

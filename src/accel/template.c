@@ -250,20 +250,20 @@ void clast_template_set_destroy(clast_template_set *set)
 static clast_status check_desc(clast_context *context, const clast_template_desc *desc, size_t place)
 {
     if (desc->triangle_count < 1 || desc->triangle_count > TEMPLATE_TRIANGLES) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu has %u triangles; 1 to %u are possible", place,
-                          desc->triangle_count, TEMPLATE_TRIANGLES);
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu has %u triangles; 1 to %u are possible",
+                          place, desc->triangle_count, TEMPLATE_TRIANGLES);
     }
     if (desc->vertex_count < 1 || desc->vertex_count > TEMPLATE_VERTICES) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu has %u vertices; 1 to %u are possible", place,
-                          desc->vertex_count, TEMPLATE_VERTICES);
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu has %u vertices; 1 to %u are possible",
+                          place, desc->vertex_count, TEMPLATE_VERTICES);
     }
     if (desc->indices == NULL) {
         return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu has no indices", place);
     }
     for (uint32_t i = 0; i < 3 * desc->triangle_count; i++) {
         if (desc->indices[i] >= desc->vertex_count) {
-            return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu: index %u is %u; it has %u vertices", place, i,
-                              desc->indices[i], desc->vertex_count);
+            return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu: index %u is %u; it has %u vertices",
+                              place, i, desc->indices[i], desc->vertex_count);
         }
     }
     return CLAST_OK;
@@ -288,7 +288,8 @@ static size_t template_bytes(const clast_template_desc *desc)
     return sizeof(clast_template) + block_count_of(desc) * sizeof(clast_block);
 }
 
-clast_status clast_template_set_add(clast_template_set *set, const clast_template_desc *descs, size_t count, uint32_t *first)
+clast_status clast_template_set_add(clast_template_set *set, const clast_template_desc *descs, size_t count,
+                                    uint32_t *first)
 {
     if (set == NULL || first == NULL || (descs == NULL && count != 0)) {
         return CLAST_ERROR_INVALID_ARGUMENT;
@@ -358,8 +359,8 @@ clast_status clast_template_set_add_grid(clast_template_set *set, uint32_t colum
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if (columns < 1 || columns > GRID_SEGMENTS || rows < 1 || rows > GRID_SEGMENTS) {
-        return clast_fail(set->context, CLAST_ERROR_INVALID_ARGUMENT, "a grid of %u x %u quads; 1 to %u are possible", columns, rows,
-                          GRID_SEGMENTS);
+        return clast_fail(set->context, CLAST_ERROR_INVALID_ARGUMENT, "a grid of %u x %u quads; 1 to %u are possible",
+                          columns, rows, GRID_SEGMENTS);
     }
     uint32_t *known = &set->grids[rows - 1][columns - 1];
     if (*known == 0) {
@@ -413,6 +414,7 @@ void clast_template_triangle(const clast_template_set *set, uint32_t number, uin
 
 uint64_t clast_template_set_bytes(const clast_template_set *set)
 {
-    return set != NULL ? sizeof *set + set->bytes + set->capacity * sizeof *set->templates + set->memory_capacity * sizeof *set->memory
+    return set != NULL ? sizeof *set + set->bytes + set->capacity * sizeof *set->templates +
+                             set->memory_capacity * sizeof *set->memory
                        : 0;
 }

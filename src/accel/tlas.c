@@ -156,8 +156,8 @@ static clast_status check_instances(clast_context *context, const clast_tlas_ins
 {
     for (size_t i = 0; i < count; i++) {
         if (instances[i].id == CLAST_NONE) {
-            return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "instance %zu has the id %u, which says that nothing was hit", i,
-                              CLAST_NONE);
+            return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                              "instance %zu has the id %u, which says that nothing was hit", i, CLAST_NONE);
         }
     }
     return CLAST_OK;
@@ -169,7 +169,8 @@ clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *insta
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if (count >= CLAST_CHILD_ITEM) {
-        return clast_fail(tlas->context, CLAST_ERROR_INVALID_ARGUMENT, "a TLAS over %zu instances; less than 2^31 are possible", count);
+        return clast_fail(tlas->context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "a TLAS over %zu instances; less than 2^31 are possible", count);
     }
     clast_status status = check_instances(tlas->context, instances, count);
     if (status != CLAST_OK) {
@@ -205,5 +206,7 @@ void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3])
 
 uint64_t clast_tlas_bytes(const clast_tlas *tlas)
 {
-    return tlas != NULL ? sizeof *tlas + clast_tree_bytes(&tlas->tree) + tlas->placement_capacity * sizeof *tlas->placements : 0;
+    return tlas != NULL
+               ? sizeof *tlas + clast_tree_bytes(&tlas->tree) + tlas->placement_capacity * sizeof *tlas->placements
+               : 0;
 }

@@ -20,14 +20,16 @@ const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa)
     return &plain;
 }
 
-void clast_trace_closest(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, clast_hit *hits)
+void clast_trace_closest(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
+                         clast_hit *hits)
 {
     if (tlas != NULL && rays != NULL && hits != NULL) {
         clast_accel_kernels_of(clast_context_isa(tlas->context))->closest(tlas, rays, count, filter, hits);
     }
 }
 
-void clast_trace_any(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, uint8_t *occluded)
+void clast_trace_any(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
+                     uint8_t *occluded)
 {
     if (tlas != NULL && rays != NULL && occluded != NULL) {
         clast_accel_kernels_of(clast_context_isa(tlas->context))->any(tlas, rays, count, filter, occluded);

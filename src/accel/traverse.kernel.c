@@ -81,7 +81,8 @@ static float reach_of(const float origin[3], const clast_box *box)
 }
 
 // `direction` has its largest component in [1, 2); `exponent` says how the ray's t becomes a multiple of it.
-static space make_space(const float origin[3], const float direction[3], int exponent, float reach, float pad, float t_min)
+static space make_space(const float origin[3], const float direction[3], int exponent, float reach, float pad,
+                        float t_min)
 {
     space s = {.exponent = exponent};
     int scale = reach > 0.0f ? -exponent_of(reach) : SCALE_MOST;
@@ -117,7 +118,8 @@ CLAST_LANES grid make_grid(const space *s, const float *lower)
     clast_floats4 base = load_three4(lower);
     uint32_t exponents;
     memcpy(&exponents, lower + 3, sizeof exponents);
-    clast_ints4 biased = {(int32_t)(exponents & 255), (int32_t)(exponents >> 8 & 255), (int32_t)(exponents >> 16 & 255), 0};
+    clast_ints4 biased = {(int32_t)(exponents & 255), (int32_t)(exponents >> 8 & 255), (int32_t)(exponents >> 16 & 255),
+                          0};
     clast_floats4 shift = (base - s->origin) * s->inverse;
     return (grid){(clast_floats4)(biased << 23) * s->inverse, shift - s->pad, shift + s->pad};
 }
@@ -151,7 +153,8 @@ CLAST_LANES void push_sorted(stack_entry *stack, uint32_t bottom, uint32_t *heig
 }
 
 // The children of a node that were hit: gives the nearest, pushes the others. There must be one.
-CLAST_LANES stack_entry nearest_child(stack_entry *stack, uint32_t *height, const uint32_t *children, const box_hits *hits)
+CLAST_LANES stack_entry nearest_child(stack_entry *stack, uint32_t *height, const uint32_t *children,
+                                      const box_hits *hits)
 {
     float near[TREE_WIDTH];
     memcpy(near, &hits->near, sizeof near);
@@ -188,9 +191,9 @@ typedef struct traversal {
     // in the instance's space
     space object;
     clast_watertight_ray watertight;
-    float along;         // one over the direction's largest component, scaled so that depth * along * along_rest is t
+    float along; // one over the direction's largest component, scaled so that depth * along * along_rest is t
     float along_rest;
-    float limit;         // best.t as the boxes see it
+    float limit; // best.t as the boxes see it
     bool any;
 } traversal;
 
@@ -219,15 +222,16 @@ static bool wins_tie(const traversal *w, const clast_hit *hit)
 }
 
 // A triangle that the ray passes within its range. Gives true where the search is over.
-static bool consider(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block, uint32_t lane, float t, float u,
-                     float v)
+static bool consider(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block, uint32_t lane,
+                     float t, float u, float v)
 {
     for (uint32_t corner = 0; corner < 3; corner++) {
         if (!is_sound_vertex(clas->vertices + 3 * (uint32_t)block->corners[corner][lane])) {
             return false;
         }
     }
-    clast_hit hit = {.t = t, .u = u, .v = v, .instance = w->placement->id, .cluster = slot, .triangle = block->triangles[lane]};
+    clast_hit hit = {
+        .t = t, .u = u, .v = v, .instance = w->placement->id, .cluster = slot, .triangle = block->triangles[lane]};
     if (t == w->best.t && !wins_tie(w, &hit)) {
         return false;
     }
@@ -271,7 +275,8 @@ CLAST_LANES clast_floats8 signed_difference8(clast_floats8 a, clast_floats8 b, c
 // watertight_vertex for eight vertices.
 CLAST_LANES clast_points8 shear8(const clast_watertight_ray *ray, clast_points8 v)
 {
-    clast_floats8 x = v.x - splat8(ray->origin.v[0]), y = v.y - splat8(ray->origin.v[1]), z = v.z - splat8(ray->origin.v[2]);
+    clast_floats8 x = v.x - splat8(ray->origin.v[0]), y = v.y - splat8(ray->origin.v[1]),
+                  z = v.z - splat8(ray->origin.v[2]);
     clast_points8 turned = {x, y, z};
     if (ray->axis == 0) {
         turned = (clast_points8){y, z, x};
@@ -279,8 +284,8 @@ CLAST_LANES clast_points8 shear8(const clast_watertight_ray *ray, clast_points8 
         turned = (clast_points8){z, x, y};
     }
     clast_floats8 scale = splat8(ray->scale);
-    return (clast_points8){(turned.x - splat8(ray->shear_x) * turned.z) * scale, (turned.y - splat8(ray->shear_y) * turned.z) * scale,
-                           turned.z * scale};
+    return (clast_points8){(turned.x - splat8(ray->shear_x) * turned.z) * scale,
+                           (turned.y - splat8(ray->shear_y) * turned.z) * scale, turned.z * scale};
 }
 
 // A block's eight triangles: watertight_edges, watertight_passes, and the range. Gives true where the search is over.
@@ -412,7 +417,8 @@ static bool enter_instance(traversal *w, const clast_placement *placement, const
     w->limit = scale_by(w->best.t, w->object.exponent);
     int scale = reach > 0.0f ? (int)WATERTIGHT_EXPONENT - exponent_of(reach) : 0;
     scale = scale > 126 ? 126 : scale;
-    w->watertight = watertight_ray(vec3(origin[0], origin[1], origin[2]), vec3(turned[0], turned[1], turned[2]), two_to(scale));
+    w->watertight = watertight_ray(vec3(origin[0], origin[1], origin[2]), vec3(turned[0], turned[1], turned[2]),
+                                   two_to(scale));
     int rest = -(exponent + own + scale), half = rest < -252 ? -126 : rest > 252 ? 126 : rest / 2;
     rest = rest - half < -126 ? -126 : rest - half > 126 ? 126 : rest - half;
     w->along = 1.0f / turned[w->watertight.axis] * two_to(half);
@@ -424,9 +430,9 @@ static bool enter_instance(traversal *w, const clast_placement *placement, const
 static bool is_valid_ray(const clast_ray *ray)
 {
     float largest = largest_of(ray->direction);
-    return is_sound_vertex(ray->origin) && largest > 0.0f && largest <= FLT_MAX && ray->direction[0] == ray->direction[0] &&
-           ray->direction[1] == ray->direction[1] && ray->direction[2] == ray->direction[2] && fabsf(ray->t_min) <= FLT_MAX &&
-           ray->t_min <= ray->t_max;
+    return is_sound_vertex(ray->origin) && largest > 0.0f && largest <= FLT_MAX &&
+           ray->direction[0] == ray->direction[0] && ray->direction[1] == ray->direction[1] &&
+           ray->direction[2] == ray->direction[2] && fabsf(ray->t_min) <= FLT_MAX && ray->t_min <= ray->t_max;
 }
 
 CLAST_LANES void traverse(const clast_tlas *tlas, traversal *w)
@@ -444,8 +450,8 @@ CLAST_LANES void traverse(const clast_tlas *tlas, traversal *w)
         direction[axis] = scale_by(ray->direction[axis], -exponent);
     }
     float reach = reach_of(ray->origin, &tlas->tree.boxes[0]);
-    space world = make_space(ray->origin, direction, exponent, reach, min1(reach * PAD_WORLD * tlas->spread, BOX_COORDINATE_MOST),
-                             ray->t_min);
+    space world = make_space(ray->origin, direction, exponent, reach,
+                             min1(reach * PAD_WORLD * tlas->spread, BOX_COORDINATE_MOST), ray->t_min);
     float limit = scale_by(w->best.t, world.exponent);
     stack_entry stack[TREE_STACK];
     uint32_t height = 0;
@@ -509,8 +515,8 @@ static void store_normal(traversal *w)
     }
 }
 
-void CLAST_KERNEL(clast_closest)(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
-                                 clast_hit *hits)
+void CLAST_KERNEL(clast_closest)(const clast_tlas *tlas, const clast_ray *rays, size_t count,
+                                 const clast_hit_filter *filter, clast_hit *hits)
 {
     for (size_t i = 0; i < count; i++) {
         traversal w = {.ray = &rays[i], .filter = filter, .any = false};
@@ -523,8 +529,8 @@ void CLAST_KERNEL(clast_closest)(const clast_tlas *tlas, const clast_ray *rays, 
     }
 }
 
-void CLAST_KERNEL(clast_any)(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
-                             uint8_t *occluded)
+void CLAST_KERNEL(clast_any)(const clast_tlas *tlas, const clast_ray *rays, size_t count,
+                             const clast_hit_filter *filter, uint8_t *occluded)
 {
     for (size_t i = 0; i < count; i++) {
         traversal w = {.ray = &rays[i], .filter = filter, .any = true};

@@ -13,7 +13,7 @@
 
 enum {
     BINS = 16,
-    SUBTREE_ITEMS = 1024,  // ranges of fewer items are built whole by one thread
+    SUBTREE_ITEMS = 1024, // ranges of fewer items are built whole by one thread
     MOST_SUBTREES = 4096,
     REFIT_GRAIN = 128,
     GATHER_GRAIN = 2048,
@@ -73,9 +73,9 @@ typedef struct builder {
     clast_box whole;
     float scale;
     // the gathering
-    float (*costs)[ROOTS];   // of a node as at most so many roots
+    float (*costs)[ROOTS];    // of a node as at most so many roots
     uint8_t (*shares)[ROOTS]; // how many of these the left half gets; 0: fewer roots are no worse
-    uint32_t *roots;         // binary nodes that became wide ones, level by level
+    uint32_t *roots;          // binary nodes that became wide ones, level by level
     uint32_t wide_count;
 } builder;
 
@@ -264,7 +264,8 @@ static void split_job(void *data, size_t begin, size_t end, uint32_t worker)
     builder *b = data;
     for (size_t i = begin; i < end; i++) {
         build_range *halves = &b->next_ranges[2 * i];
-        if (b->ranges[i].end - b->ranges[i].begin <= SUBTREE_ITEMS || !split_range(b, &b->ranges[i], &halves[0], &halves[1])) {
+        if (b->ranges[i].end - b->ranges[i].begin <= SUBTREE_ITEMS ||
+            !split_range(b, &b->ranges[i], &halves[0], &halves[1])) {
             halves[0] = b->ranges[i];
             halves[1].end = halves[1].begin = 0;
         }
@@ -485,8 +486,8 @@ clast_status clast_tree_build(clast_context *context, clast_tree *tree, clast_it
         .roots = clast_allocate(context, count, sizeof *b.roots),
     };
     clast_status status = CLAST_ERROR_OUT_OF_MEMORY;
-    if (b.order != NULL && b.nodes != NULL && b.ranges != NULL && b.next_ranges != NULL && b.costs != NULL && b.shares != NULL &&
-        b.roots != NULL) {
+    if (b.order != NULL && b.nodes != NULL && b.ranges != NULL && b.next_ranges != NULL && b.costs != NULL &&
+        b.shares != NULL && b.roots != NULL) {
         begin_build(&b);
         build_binary(&b);
         status = gather(&b, tree);
@@ -536,14 +537,16 @@ static void refit_node(const refit_job *job, uint32_t number)
     clast_box whole = clast_box_empty();
     for (uint32_t i = 0; i < node->child_count; i++) {
         uint32_t child = node->children[i];
-        boxes[i] = (child & CLAST_CHILD_ITEM) != 0 ? job->item_box(job->items, child & ~CLAST_CHILD_ITEM) : job->tree->boxes[child];
+        boxes[i] = (child & CLAST_CHILD_ITEM) != 0 ? job->item_box(job->items, child & ~CLAST_CHILD_ITEM)
+                                                   : job->tree->boxes[child];
         box_include(&whole, &boxes[i]);
     }
     job->tree->boxes[number] = whole;
     bool empty = clast_box_is_empty(&whole);
     for (int axis = 0; axis < 3; axis++) {
         node->lower[axis] = empty ? 0.0f : whole.lower.v[axis];
-        node->exponents[axis] = (uint8_t)(empty ? BOX_STEP_LEAST : box_exponent(whole.upper.v[axis] - whole.lower.v[axis]));
+        node->exponents[axis] = (uint8_t)(empty ? BOX_STEP_LEAST
+                                                : box_exponent(whole.upper.v[axis] - whole.lower.v[axis]));
     }
     for (uint32_t i = 0; i < node->child_count; i++) {
         quantise_child(node, i, &boxes[i]);

@@ -17,7 +17,8 @@ static float wild(randoms *r, int low, int high)
 static void assert_holds(float lower, float x, float upper)
 {
     uint32_t exponent = box_exponent(upper - lower);
-    float down = box_quantise_down(x, lower, exponent), up = box_quantise_up(x, lower, exponent), step = power_of_two(exponent);
+    float down = box_quantise_down(x, lower, exponent), up = box_quantise_up(x, lower, exponent),
+          step = power_of_two(exponent);
     assert_true(down >= 0.0f && up <= 255.0f && down <= up);
     // in real numbers: the difference in long double is exact, or off by far less than a step
     assert_true((long double)down * step <= (long double)x - lower);
@@ -46,7 +47,8 @@ static void decoded_sides_hold_the_true_ones(void **state)
 static void worst_cases_hold(void **state)
 {
     (void)state;
-    const float bases[] = {0.0f, 1.0f, -1.0f, 1e-20f, -1e-20f, 1e20f, -1e20f, 0.1f, -1e5f, 1e-40f, 8388608.0f, 1.3e36f, -1.3e36f};
+    const float bases[] = {0.0f, 1.0f,  -1.0f,  1e-20f,     -1e-20f, 1e20f,   -1e20f,
+                           0.1f, -1e5f, 1e-40f, 8388608.0f, 1.3e36f, -1.3e36f};
     for (size_t i = 0; i < sizeof bases / sizeof *bases; i++) {
         float upper = bases[i];
         for (int k = 0; k < 200; k++) { // one, two ... units in the last place, then every power of two
@@ -54,7 +56,8 @@ static void worst_cases_hold(void **state)
             if (fabsf(upper) <= BOX_COORDINATE_MOST && upper >= bases[i]) {
                 assert_holds(bases[i], bases[i], upper);
                 assert_holds(bases[i], upper, upper);
-                assert_holds(bases[i], nextafterf(upper, -INFINITY) < bases[i] ? upper : nextafterf(upper, -INFINITY), upper);
+                assert_holds(bases[i], nextafterf(upper, -INFINITY) < bases[i] ? upper : nextafterf(upper, -INFINITY),
+                             upper);
             }
         }
         assert_holds(bases[i], bases[i], bases[i]);
@@ -93,8 +96,10 @@ static void fitted_clusters_have_the_bits_of_the_formulas(void **state)
                         float x = clas->vertices[3 * block->corners[corner][k % 8] + axis];
                         uint32_t exponent = clas->exponents[axis];
                         assert_int_equal(exponent, box_exponent(clas->upper[axis] - clas->lower[axis]));
-                        assert_true(group->planes[axis][k / 8 % 8] <= box_quantise_down(x, clas->lower[axis], exponent));
-                        assert_true(group->planes[axis + 3][k / 8 % 8] >= box_quantise_up(x, clas->lower[axis], exponent));
+                        assert_true(group->planes[axis][k / 8 % 8] <=
+                                    box_quantise_down(x, clas->lower[axis], exponent));
+                        assert_true(group->planes[axis + 3][k / 8 % 8] >=
+                                    box_quantise_up(x, clas->lower[axis], exponent));
                     }
                 }
             }

@@ -18,8 +18,8 @@ static void compare(clast_context *context, mesh m, float extent)
     assert_ok(context, clast_tlas_create(context, &tlas));
     clast_tlas_instance instance = instance_of(c.blas, 0);
     assert_ok(context, clast_tlas_build(tlas, &instance, 1));
-    embree_mesh theirs = embree_mesh_make(device, m.positions, m.vertex_count, m.indices, m.triangle_count, RTC_BUILD_QUALITY_MEDIUM,
-                                          RTC_SCENE_FLAG_ROBUST);
+    embree_mesh theirs = embree_mesh_make(device, m.positions, m.vertex_count, m.indices, m.triangle_count,
+                                          RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_ROBUST);
     agreement a = {.scale = extent};
     randoms r = {21};
     for (uint32_t i = 0; i < RAYS; i++) {
@@ -32,7 +32,8 @@ static void compare(clast_context *context, mesh m, float extent)
         clast_trace_closest(tlas, &ray, 1, NULL, &hit);
         struct RTCRayHit expected = embree_closest(theirs.scene, &ray, false);
         uint32_t triangle = hit.instance == 0 ? c.first_triangles[hit.cluster] + hit.triangle : CLAST_NONE;
-        agreement_count(&a, &ray, agreement_corners(&m, triangle), hit.t, agreement_corners(&m, expected.hit.primID), expected.ray.tfar);
+        agreement_count(&a, &ray, agreement_corners(&m, triangle), hit.t, agreement_corners(&m, expected.hit.primID),
+                        expected.ray.tfar);
     }
     assert_true(a.hits > RAYS / 100);
     assert_int_equal(a.wrong, 0);

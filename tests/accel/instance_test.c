@@ -61,7 +61,8 @@ static void transformed_balls_are_hit_from_inside_and_keep_their_front(void **st
         random_map(&r, i % 2 == 0 ? 1.0f : -1.0f, instance.transform);
         assert_ok(context, clast_tlas_build(s.tlas, &instance, 1));
         for (int k = 0; k < 100; k++) {
-            float object[3] = {random_between(&r, -1, 1), random_between(&r, -1, 1), random_between(&r, -1, 1)}, world[3];
+            float object[3] = {random_between(&r, -1, 1), random_between(&r, -1, 1), random_between(&r, -1, 1)},
+                  world[3];
             const float middle[3] = {0, 0, 0};
             clast_ray ray = {.t_max = INFINITY};
             apply((const float(*)[4])instance.transform, middle, 1, ray.origin);

@@ -189,7 +189,8 @@ static inline mesh mesh_subdivide(const mesh *m)
             }
             middle[k] = table[3 * slot + 2] - 1;
         }
-        const uint32_t corners[12] = {v[0], middle[0], middle[2], middle[0], v[1], middle[1], middle[2], middle[1], v[2], middle[0], middle[1], middle[2]};
+        const uint32_t corners[12] = {v[0],      middle[0], middle[2], middle[0], v[1],      middle[1],
+                                      middle[2], middle[1], v[2],      middle[0], middle[1], middle[2]};
         memcpy(corner, corners, sizeof corners);
         corner += 12;
     }
@@ -242,16 +243,16 @@ typedef struct clustered {
     clast_template_set *set;
     clast_clas_pool *pool;
     clast_blas *blas;
-    float *vertices;           // of all clusters
-    uint32_t *vertex_sources;  // their numbers in the mesh
+    float *vertices;          // of all clusters
+    uint32_t *vertex_sources; // their numbers in the mesh
     uint32_t vertex_count;
     uint32_t *first_triangles; // of each cluster, in the mesh
     uint32_t cluster_count;
 } clustered;
 
 // Cuts off as many triangles as fit; gives how many. `local` has a number for each vertex of the mesh, or 256.
-static inline uint32_t cluster_cut(const mesh *m, uint32_t first, uint32_t most, uint16_t *local, uint8_t *indices, uint32_t *sources,
-                                   uint32_t *source_count)
+static inline uint32_t cluster_cut(const mesh *m, uint32_t first, uint32_t most, uint16_t *local, uint8_t *indices,
+                                   uint32_t *sources, uint32_t *source_count)
 {
     uint32_t count = 0;
     *source_count = 0;
@@ -295,7 +296,8 @@ static inline clast_status clustered_fill(clustered *c, const mesh *m, uint32_t 
         clast_template_desc *desc = &descs[c->cluster_count];
         c->first_triangles[c->cluster_count] = first;
         desc->indices = indices + 3 * (size_t)first;
-        desc->triangle_count = cluster_cut(m, first, most, local, indices + 3 * (size_t)first, c->vertex_sources + c->vertex_count, &sources);
+        desc->triangle_count = cluster_cut(m, first, most, local, indices + 3 * (size_t)first,
+                                           c->vertex_sources + c->vertex_count, &sources);
         desc->vertex_count = sources;
         desc->rest_positions = inputs[c->cluster_count].vertices = c->vertices + 3 * (size_t)c->vertex_count;
         c->vertex_count += sources;

@@ -123,7 +123,8 @@ static void rays_on_the_lines_of_a_grid_agree(void **state)
     assert_ok(*state, clast_tlas_build(tlas, &instance, 1));
     randoms r = {17};
     for (uint32_t i = 0; i < 3000; i++) {
-        clast_ray ray = {{(float)random_below(&r, 17) / 16, (float)random_below(&r, 33) / 32, 3}, 0, {0, 0, -1}, INFINITY};
+        clast_ray ray = {
+            {(float)random_below(&r, 17) / 16, (float)random_below(&r, 33) / 32, 3}, 0, {0, 0, -1}, INFINITY};
         if (i % 2 == 0) { // at a point of the grid from far beside it
             float to[3] = {(float)(1 + random_below(&r, 15)) / 16, (float)(1 + random_below(&r, 15)) / 16, 0};
             to[2] = 0.3f * to[0] + 0.1f;
@@ -150,9 +151,12 @@ static void full_templates_work(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        CONTEXT_TEST(the_nearest_triangle_of_a_soup_is_found),  CONTEXT_TEST(the_nearest_triangle_of_a_terrain_is_found),
-        CONTEXT_TEST(small_clusters_and_large_triangles_work),  CONTEXT_TEST(a_single_triangle_works),
-        CONTEXT_TEST(full_templates_work),                      CONTEXT_TEST(rays_on_the_lines_of_a_grid_agree),
+        CONTEXT_TEST(the_nearest_triangle_of_a_soup_is_found),
+        CONTEXT_TEST(the_nearest_triangle_of_a_terrain_is_found),
+        CONTEXT_TEST(small_clusters_and_large_triangles_work),
+        CONTEXT_TEST(a_single_triangle_works),
+        CONTEXT_TEST(full_templates_work),
+        CONTEXT_TEST(rays_on_the_lines_of_a_grid_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -159,15 +159,16 @@ static void inside_point(const variant *v, randoms *r, float point[3])
 static bool is_inside(const variant *v, const float point[3])
 {
     float across = v->shape->ring > 0.0f ? hypotf(point[0] / v->size, point[1] / v->size) - v->shape->ring : 0.0f;
-    const float to_ring[3] = {across, 0, point[2] / v->size}, to_middle[3] = {point[0] / v->size, point[1] / v->size, point[2] / v->size};
+    const float to_ring[3] = {across, 0, point[2] / v->size},
+                to_middle[3] = {point[0] / v->size, point[1] / v->size, point[2] / v->size};
     return length_of(v->shape->ring > 0.0f ? to_ring : to_middle) < v->shape->inner;
 }
 
 static void to_world(const float map[3][4], const float p[3], float out[3])
 {
     for (int i = 0; i < 3; i++) {
-        out[i] = (float)((double)map[i][0] * (double)p[0] + (double)map[i][1] * (double)p[1] + (double)map[i][2] * (double)p[2] +
-                         (double)map[i][3]);
+        out[i] = (float)((double)map[i][0] * (double)p[0] + (double)map[i][1] * (double)p[1] +
+                         (double)map[i][2] * (double)p[2] + (double)map[i][3]);
     }
 }
 
@@ -242,10 +243,11 @@ static void trace_chunk(run *r, const variant *v, uint32_t map, uint64_t chunk, 
         clast_trace_any(v->tlas[map], &a.ray, 1, NULL, &occluded);
         if (hit.instance != 0 || occluded == 0 || hit.t > a.farthest) {
             if (leaks++ == 0) {
-                printf("%s, size %g, map %u: from %.9g %.9g %.9g towards %.9g %.9g %.9g: %s, t %g of %g\n", v->shape->name,
-                       (double)v->size, map, (double)a.ray.origin[0], (double)a.ray.origin[1], (double)a.ray.origin[2],
-                       (double)a.ray.direction[0], (double)a.ray.direction[1], (double)a.ray.direction[2],
-                       hit.instance == 0 ? "a hit" : "nothing", (double)hit.t, (double)a.farthest);
+                printf("%s, size %g, map %u: from %.9g %.9g %.9g towards %.9g %.9g %.9g: %s, t %g of %g\n",
+                       v->shape->name, (double)v->size, map, (double)a.ray.origin[0], (double)a.ray.origin[1],
+                       (double)a.ray.origin[2], (double)a.ray.direction[0], (double)a.ray.direction[1],
+                       (double)a.ray.direction[2], hit.instance == 0 ? "a hit" : "nothing", (double)hit.t,
+                       (double)a.farthest);
             }
         }
     }
@@ -296,7 +298,8 @@ static int test_all(run *r)
     make_shapes(r);
     for (uint32_t i = 0; i < MESHES; i++) {
         uint32_t open = open_edges(&r->shapes[i].m);
-        printf("%s: %u triangles, %u edges without two faces\n", r->shapes[i].name, r->shapes[i].m.triangle_count, open);
+        printf("%s: %u triangles, %u edges without two faces\n", r->shapes[i].name, r->shapes[i].m.triangle_count,
+               open);
         if (open != 0) {
             return 2;
         }

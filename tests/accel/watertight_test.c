@@ -52,7 +52,8 @@ static void a_vertex_does_not_depend_on_its_triangle(void **state)
         clast_watertight_ray ray = watertight_ray(origin, direction, 0x1p30f);
         vec3 v[4];
         for (int k = 0; k < 4; k++) {
-            v[k] = watertight_vertex(ray, vec3(random_between(&r, -1, 1), random_between(&r, -1, 1), random_between(&r, -1, 1)));
+            v[k] = watertight_vertex(
+                ray, vec3(random_between(&r, -1, 1), random_between(&r, -1, 1), random_between(&r, -1, 1)));
         }
         clast_watertight_edges first = watertight_edges(v[0], v[1], v[2]), second = watertight_edges(v[1], v[0], v[3]);
         assert_true(first.c == -second.c);
@@ -69,8 +70,8 @@ static void triangles_that_are_no_numbers_are_not_passed(void **state)
             vec3 v[3] = {vec3(-1, -1, 2), vec3(3, -1, 2), vec3(0, 3, 2)};
             v[corner][0] = NAN;
             v[corner][1] = broken[i];
-            clast_watertight_edges e =
-                watertight_edges(watertight_vertex(ray, v[0]), watertight_vertex(ray, v[1]), watertight_vertex(ray, v[2]));
+            clast_watertight_edges e = watertight_edges(watertight_vertex(ray, v[0]), watertight_vertex(ray, v[1]),
+                                                        watertight_vertex(ray, v[2]));
             assert_false(watertight_passes(e));
         }
     }
