@@ -17,15 +17,17 @@ static clast_environment plain_sky(void)
 // "r,g,b": three numbers of at least 0, and nothing else. A file of such a name can be given as ./1,1,1.
 static bool parse_colour(const char *text, float colour[3])
 {
+    float parsed[3];
     for (int i = 0; i < 3; i++) {
         char *end = NULL;
-        colour[i] = strtof(text, &end);
+        parsed[i] = strtof(text, &end);
         char expected = i < 2 ? ',' : '\0';
-        if (end == text || *end != expected || !is_finite1(colour[i]) || colour[i] < 0.0f) {
+        if (end == text || *end != expected || !is_finite1(parsed[i]) || parsed[i] < 0.0f) {
             return false;
         }
         text = end + 1;
     }
+    memcpy(colour, parsed, sizeof parsed);
     return true;
 }
 
