@@ -14,7 +14,8 @@ static bool is_finite_vector(const float v[3])
     return is_finite1(v[0]) && is_finite1(v[1]) && is_finite1(v[2]);
 }
 
-clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc *camera, const char *name, uint32_t *number)
+clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc *camera, const char *name,
+                                    uint32_t *number)
 {
     if (scene == NULL || camera == NULL || number == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
@@ -30,7 +31,8 @@ clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc 
         wrong = "the projection is none of the list";
     } else if (!(camera->vertical_angle >= 0.0f && camera->vertical_angle < HALF_TURN)) {
         wrong = "the vertical angle must lie between 0 and pi";
-    } else if (camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC && !(camera->height > 0.0f && is_finite1(camera->height))) {
+    } else if (camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC &&
+               !(camera->height > 0.0f && is_finite1(camera->height))) {
         wrong = "an orthographic camera needs a height above 0";
     } else if (!(camera->near_plane >= 0.0f) || !(camera->far_plane >= 0.0f)) {
         wrong = "the near and far plane must not be negative";
@@ -69,7 +71,8 @@ static clast_camera_desc default_camera(const clast_scene *scene, float aspect)
     const float tangent = 0.4227932f; // of half the angle that vertical_angle 0 stands for
     float distance = 0.0f;
     for (int corner = 0; corner < 8; corner++) { // the nearest place from which every corner of the box is seen
-        vec3 offset = vec3(corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2]) - centre;
+        vec3 offset =
+            vec3(corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2]) - centre;
         float aside = max1(abs1(dot3(offset, right)) / aspect, abs1(dot3(offset, up)));
         distance = max1(distance, dot3(offset, view) + aside / tangent);
     }
@@ -178,10 +181,12 @@ static bool parse_camera(const char *text, clast_camera_desc *camera)
     return part >= 2 && !(p[0] == t[0] && p[1] == t[1] && p[2] == t[2]);
 }
 
-clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height, clast_camera *camera)
+clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height,
+                                       clast_camera *camera)
 {
     if (text == NULL || text[0] == '\0') {
-        clast_camera_desc desc = scene->camera_count != 0 ? scene->cameras[0].desc : default_camera(scene, (float)width / (float)height);
+        clast_camera_desc desc = scene->camera_count != 0 ? scene->cameras[0].desc
+                                                          : default_camera(scene, (float)width / (float)height);
         *camera = clast_camera_record(&desc, width, height);
         return CLAST_OK;
     }
@@ -199,7 +204,8 @@ clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uin
         *camera = clast_camera_record(&desc, width, height);
         return CLAST_OK;
     }
-    return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT,
-                      "camera \"%s\": expected the name or number of one of the scene's %zu cameras, or eye/target[/up[/fov]]", text,
-                      scene->camera_count);
+    return clast_fail(
+        scene->context, CLAST_ERROR_INVALID_ARGUMENT,
+        "camera \"%s\": expected the name or number of one of the scene's %zu cameras, or eye/target[/up[/fov]]", text,
+        scene->camera_count);
 }

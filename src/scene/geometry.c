@@ -65,8 +65,8 @@ static clast_status check_mesh(const clast_scene *scene, const clast_mesh *mesh,
                           mesh->triangle_count, UINT32_MAX / 3);
     }
     if (mesh->material != CLAST_NONE && mesh->material >= scene->material_count) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s: material %u: the scene has %zu", name, mesh->material,
-                          scene->material_count);
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s: material %u: the scene has %zu", name,
+                          mesh->material, scene->material_count);
     }
     check_job job = {.mesh = mesh, .material_count = scene->material_count};
     atomic_init(&job.first_wrong, SIZE_MAX);
@@ -78,8 +78,8 @@ static clast_status check_mesh(const clast_scene *scene, const clast_mesh *mesh,
     clast_parallel_for(context, mesh->triangle_count, CHECK_GRAIN, check_triangles, &job);
     if (job.first_wrong != SIZE_MAX) {
         return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
-                          "%s: triangle %zu has a vertex or material that is not there (of %u vertices, %zu materials)", name,
-                          (size_t)job.first_wrong, mesh->vertex_count, scene->material_count);
+                          "%s: triangle %zu has a vertex or material that is not there (of %u vertices, %zu materials)",
+                          name, (size_t)job.first_wrong, mesh->vertex_count, scene->material_count);
     }
     return CLAST_OK;
 }
@@ -90,7 +90,8 @@ static clast_status check_mesh(const clast_scene *scene, const clast_mesh *mesh,
 static clast_status add_geometry(clast_scene *scene, clast_geometry *added, const char *name, uint32_t *number)
 {
     clast_context *context = scene->context;
-    clast_status status = CLAST_RESERVE(context, scene->geometries, scene->geometry_capacity, scene->geometry_count + 1);
+    clast_status status = CLAST_RESERVE(context, scene->geometries, scene->geometry_capacity,
+                                        scene->geometry_count + 1);
     if (status == CLAST_OK && name != NULL && name[0] != '\0') {
         added->name = clast_copy_text(context, name);
         status = added->name != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
@@ -107,8 +108,8 @@ static clast_status add_geometry(clast_scene *scene, clast_geometry *added, cons
     return CLAST_OK;
 }
 
-clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, void *const *blocks, uint32_t block_count,
-                                    const char *name, uint32_t *number)
+clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, void *const *blocks,
+                                    uint32_t block_count, const char *name, uint32_t *number)
 {
     clast_geometry added = {.kind = CLAST_SOURCE_CLUSTERS, .of.mesh = *mesh, .block_count = block_count};
     memcpy(added.blocks, blocks, block_count * sizeof *blocks);
@@ -126,7 +127,8 @@ clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, 
 }
 
 // A copy of an array in a new block of the geometry; null stays null. False where memory ran out.
-static bool copy_array(clast_context *context, clast_geometry *geometry, const void *array, size_t count, size_t size, const void **copy)
+static bool copy_array(clast_context *context, clast_geometry *geometry, const void *array, size_t count, size_t size,
+                       const void **copy)
 {
     *copy = NULL;
     if (array == NULL) {
@@ -162,7 +164,8 @@ clast_status clast_scene_add_mesh(clast_scene *scene, const clast_mesh *mesh, co
                  copy_array(context, &added, mesh->coordinates[1], vertices, 8, (const void **)&copy->coordinates[1]) &&
                  copy_array(context, &added, mesh->colours, vertices, 16, (const void **)&copy->colours) &&
                  copy_array(context, &added, mesh->indices, triangles, 12, (const void **)&copy->indices) &&
-                 copy_array(context, &added, mesh->triangle_materials, triangles, 4, (const void **)&copy->triangle_materials);
+                 copy_array(context, &added, mesh->triangle_materials, triangles, 4,
+                            (const void **)&copy->triangle_materials);
     if (!whole) {
         for (uint32_t i = 0; i < added.block_count; i++) {
             clast_free(context, added.blocks[i]);
@@ -178,11 +181,13 @@ clast_status clast_scene_add_wave(clast_scene *scene, const clast_wave *wave, co
     if (scene == NULL || wave == NULL || number == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
-    bool sound = wave->size > 0.0f && is_finite1(wave->size) && wave->tiles >= 1 && wave->tiles <= 1024 && is_finite1(wave->amplitude) &&
-                 wave->wavelength > 0.0f && is_finite1(wave->wavelength) && is_finite1(wave->speed);
+    bool sound = wave->size > 0.0f && is_finite1(wave->size) && wave->tiles >= 1 && wave->tiles <= 1024 &&
+                 is_finite1(wave->amplitude) && wave->wavelength > 0.0f && is_finite1(wave->wavelength) &&
+                 is_finite1(wave->speed);
     if (!sound || (wave->material != CLAST_NONE && wave->material >= scene->material_count)) {
-        return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT,
-                          "wave: expected a size and wavelength above 0, 1 to 1024 tiles, finite values and a material of the scene");
+        return clast_fail(
+            scene->context, CLAST_ERROR_INVALID_ARGUMENT,
+            "wave: expected a size and wavelength above 0, 1 to 1024 tiles, finite values and a material of the scene");
     }
     clast_geometry added = {.kind = CLAST_SOURCE_WAVE, .of.wave = *wave};
     if (wave->material == CLAST_NONE) {
@@ -191,7 +196,8 @@ clast_status clast_scene_add_wave(clast_scene *scene, const clast_wave *wave, co
     return add_geometry(scene, &added, name, number);
 }
 
-clast_status clast_scene_set_mesh_positions(clast_scene *scene, uint32_t number, const float *positions, const float *normals)
+clast_status clast_scene_set_mesh_positions(clast_scene *scene, uint32_t number, const float *positions,
+                                            const float *normals)
 {
     if (scene == NULL || positions == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;

@@ -22,15 +22,16 @@ static clast_transform transform_record(const float t[12])
     return transform_rows(vec4(t[0], t[1], t[2], t[3]), vec4(t[4], t[5], t[6], t[7]), vec4(t[8], t[9], t[10], t[11]));
 }
 
-clast_status clast_scene_add_instance(clast_scene *scene, uint32_t geometry, const float transform[12], const char *name, uint32_t *number)
+clast_status clast_scene_add_instance(clast_scene *scene, uint32_t geometry, const float transform[12],
+                                      const char *name, uint32_t *number)
 {
     if (scene == NULL || number == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_context *context = scene->context;
     if (geometry >= scene->geometry_count || (transform != NULL && !transform_is_finite(transform))) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "instance: expected a geometry below %zu and a finite transform",
-                          scene->geometry_count);
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "instance: expected a geometry below %zu and a finite transform", scene->geometry_count);
     }
     if (scene->instance_count >= CLAST_NONE) {
         return clast_fail(context, CLAST_ERROR_LIMIT, "a scene holds at most %u instances", CLAST_NONE);
@@ -71,7 +72,8 @@ clast_status clast_scene_set_instance_transform(clast_scene *scene, uint32_t num
 {
     if (scene == NULL || transform == NULL || !transform_is_finite(transform)) {
         return scene == NULL ? CLAST_ERROR_INVALID_ARGUMENT
-                             : clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "instance %u: expected a finite transform", number);
+                             : clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT,
+                                          "instance %u: expected a finite transform", number);
     }
     clast_instance *instance = find_instance(scene, number);
     if (instance == NULL) {
@@ -160,12 +162,14 @@ void clast_scene_bounds(const clast_scene *scene, float lower[3], float upper[3]
             continue;
         }
         // Without memory for a box each, they are found one by one: slower, and the same.
-        clast_box box = boxes != NULL ? boxes[instance->geometry] : geometry_box(&scene->geometries[instance->geometry]);
+        clast_box box = boxes != NULL ? boxes[instance->geometry]
+                                      : geometry_box(&scene->geometries[instance->geometry]);
         if (!(box.lower.v[0] <= box.upper.v[0])) {
             continue;
         }
         for (int corner = 0; corner < 8; corner++) {
-            vec3 point = vec3(corner & 1 ? box.upper.v[0] : box.lower.v[0], corner & 2 ? box.upper.v[1] : box.lower.v[1],
+            vec3 point = vec3(corner & 1 ? box.upper.v[0] : box.lower.v[0],
+                              corner & 2 ? box.upper.v[1] : box.lower.v[1],
                               corner & 4 ? box.upper.v[2] : box.lower.v[2]);
             extend_box(&all, transform_point(instance->to_world, point));
         }
@@ -183,7 +187,8 @@ clast_status clast_scene_repeat(clast_scene *scene, uint32_t copies)
     clast_context *context = scene->context;
     size_t before = scene->instance_count, wanted;
     if (!clast_multiply_size(before, copies, &wanted) || wanted >= CLAST_NONE) {
-        return clast_fail(context, CLAST_ERROR_LIMIT, "%u copies of %zu instances: a scene holds at most %u", copies, before, CLAST_NONE);
+        return clast_fail(context, CLAST_ERROR_LIMIT, "%u copies of %zu instances: a scene holds at most %u", copies,
+                          before, CLAST_NONE);
     }
     float lower[3], upper[3];
     clast_scene_bounds(scene, lower, upper);

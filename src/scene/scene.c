@@ -118,7 +118,8 @@ clast_status clast_scene_adopt_image(clast_scene *scene, const clast_image *imag
     size_t bytes;
     clast_status status = CLAST_OK;
     if (!image_bytes(image, &bytes)) {
-        status = clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "an image of %u x %u pixels of %u channels: expected 1 to %d a side, 1 to 4 channels",
+        status = clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                            "an image of %u x %u pixels of %u channels: expected 1 to %d a side, 1 to 4 channels",
                             image->width, image->height, image->channels, IMAGE_SIDE_MOST);
     } else {
         status = CLAST_RESERVE(context, scene->images, scene->image_capacity, scene->image_count + 1);
@@ -143,7 +144,8 @@ clast_status clast_scene_add_image(clast_scene *scene, const clast_image *image,
     clast_context *context = scene->context;
     size_t bytes;
     if (image == NULL || number == NULL || image->pixels == NULL || !image_bytes(image, &bytes)) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "an image needs pixels, 1 to %d a side, and 1 to 4 channels", IMAGE_SIDE_MOST);
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "an image needs pixels, 1 to %d a side, and 1 to 4 channels", IMAGE_SIDE_MOST);
     }
     void *pixels = clast_allocate(context, bytes, 1);
     if (pixels == NULL) {
@@ -164,7 +166,8 @@ clast_status clast_scene_add_texture(clast_scene *scene, const clast_texture *te
         return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "a texture names image %u: the scene has %zu",
                           texture != NULL ? texture->image : 0, scene->image_count);
     }
-    clast_status status = CLAST_RESERVE(scene->context, scene->textures, scene->texture_capacity, scene->texture_count + 1);
+    clast_status status = CLAST_RESERVE(scene->context, scene->textures, scene->texture_capacity,
+                                        scene->texture_count + 1);
     if (status == CLAST_OK) {
         *number = (uint32_t)scene->texture_count;
         scene->textures[scene->texture_count++] = *texture;
@@ -209,8 +212,8 @@ static clast_texture_use texture_use(const clast_texture_slot *slot)
 static bool slot_is_valid(const clast_scene *scene, const clast_texture_slot *slot)
 {
     return (slot->texture == CLAST_NONE || slot->texture < scene->texture_count) && slot->coordinate_set < 2 &&
-           isfinite(slot->offset[0]) && isfinite(slot->offset[1]) && isfinite(slot->scale[0]) && isfinite(slot->scale[1]) &&
-           isfinite(slot->rotation);
+           isfinite(slot->offset[0]) && isfinite(slot->offset[1]) && isfinite(slot->scale[0]) &&
+           isfinite(slot->scale[1]) && isfinite(slot->rotation);
 }
 
 static bool in_unit_range(float value)
@@ -222,9 +225,11 @@ static clast_status check_material(const clast_scene *scene, const clast_materia
 {
     const char *wrong = NULL;
     const clast_texture_slot *slots[] = {&material->base_colour_texture, &material->metallic_roughness_texture,
-                                         &material->normal_texture, &material->occlusion_texture, &material->emissive_texture};
+                                         &material->normal_texture, &material->occlusion_texture,
+                                         &material->emissive_texture};
     for (size_t i = 0; i < sizeof slots / sizeof *slots; i++) {
-        wrong = slot_is_valid(scene, slots[i]) ? wrong : "a texture slot names a texture or coordinate set that is not there";
+        wrong = slot_is_valid(scene, slots[i]) ? wrong
+                                               : "a texture slot names a texture or coordinate set that is not there";
     }
     for (int i = 0; i < 4; i++) {
         wrong = in_unit_range(material->base_colour[i]) ? wrong : "base_colour must lie between 0 and 1";
@@ -233,10 +238,15 @@ static clast_status check_material(const clast_scene *scene, const clast_materia
         bool sound = material->emissive[i] >= 0.0f && isfinite(material->emissive[i]);
         wrong = sound ? wrong : "emissive must be finite and not negative";
     }
-    wrong = in_unit_range(material->metallic) && in_unit_range(material->roughness) ? wrong : "metallic and roughness must lie between 0 and 1";
-    wrong = isfinite(material->normal_scale) && in_unit_range(material->occlusion_strength) ? wrong
-                                                                                            : "normal_scale must be finite, occlusion_strength between 0 and 1";
-    wrong = material->alpha_cutoff >= 0.0f && isfinite(material->alpha_cutoff) ? wrong : "alpha_cutoff must be finite and not negative";
+    wrong = in_unit_range(material->metallic) && in_unit_range(material->roughness)
+                ? wrong
+                : "metallic and roughness must lie between 0 and 1";
+    wrong = isfinite(material->normal_scale) && in_unit_range(material->occlusion_strength)
+                ? wrong
+                : "normal_scale must be finite, occlusion_strength between 0 and 1";
+    wrong = material->alpha_cutoff >= 0.0f && isfinite(material->alpha_cutoff)
+                ? wrong
+                : "alpha_cutoff must be finite and not negative";
     wrong = (unsigned)material->alpha_mode <= CLAST_ALPHA_BLEND ? wrong : "alpha_mode is none of the list";
     return wrong == NULL ? CLAST_OK : clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "material: %s", wrong);
 }
@@ -261,7 +271,8 @@ static clast_material material_record(const clast_material_desc *desc)
     };
 }
 
-clast_status clast_scene_add_material(clast_scene *scene, const clast_material_desc *material, const char *name, uint32_t *number)
+clast_status clast_scene_add_material(clast_scene *scene, const clast_material_desc *material, const char *name,
+                                      uint32_t *number)
 {
     if (scene == NULL || material == NULL || number == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
@@ -290,7 +301,8 @@ clast_status clast_scene_set_material(clast_scene *scene, uint32_t number, const
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if (number >= scene->material_count) {
-        return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "material %u of %zu", number, scene->material_count);
+        return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "material %u of %zu", number,
+                          scene->material_count);
     }
     clast_status status = check_material(scene, material);
     if (status == CLAST_OK) {
@@ -307,16 +319,17 @@ static bool vector_is_finite(const float v[3])
     return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
 }
 
-clast_status clast_scene_add_light(clast_scene *scene, const clast_light_desc *light, const char *name, uint32_t *number)
+clast_status clast_scene_add_light(clast_scene *scene, const clast_light_desc *light, const char *name,
+                                   uint32_t *number)
 {
     if (scene == NULL || light == NULL || number == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_context *context = scene->context;
     vec3 direction = normalize3(vec3(light->direction[0], light->direction[1], light->direction[2]));
-    bool sound = vector_is_finite(light->position) && vector_is_finite(light->direction) && vector_is_finite(light->colour) &&
-                 isfinite(light->intensity) && light->intensity >= 0.0f && light->range >= 0.0f &&
-                 (unsigned)light->type <= CLAST_LIGHT_DIRECTIONAL;
+    bool sound = vector_is_finite(light->position) && vector_is_finite(light->direction) &&
+                 vector_is_finite(light->colour) && isfinite(light->intensity) && light->intensity >= 0.0f &&
+                 light->range >= 0.0f && (unsigned)light->type <= CLAST_LIGHT_DIRECTIONAL;
     if (light->type != CLAST_LIGHT_POINT) {
         sound = sound && dot3(direction, direction) > 0.5f;
     }
@@ -325,22 +338,25 @@ clast_status clast_scene_add_light(clast_scene *scene, const clast_light_desc *l
                 light->outer_angle <= 0.5f * HALF_TURN + 1e-5f;
     }
     if (!sound) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
-                          "light: expected finite values, a direction, intensity >= 0 and 0 <= inner <= outer <= half pi");
+        return clast_fail(
+            context, CLAST_ERROR_INVALID_ARGUMENT,
+            "light: expected finite values, a direction, intensity >= 0 and 0 <= inner <= outer <= half pi");
     }
     clast_status status = CLAST_RESERVE(context, scene->lights, scene->light_capacity, scene->light_count + 1);
     if (status != CLAST_OK) {
         return status;
     }
-    clast_scene_light added = {.record = {
-        .type = light->type,
-        .position = {{light->position[0], light->position[1], light->position[2]}},
-        .direction = store3(direction),
-        .radiance = {{light->colour[0] * light->intensity, light->colour[1] * light->intensity, light->colour[2] * light->intensity}},
-        .range = light->range,
-        .inner_cosine = cosf(light->inner_angle),
-        .outer_cosine = cosf(light->outer_angle),
-    }};
+    clast_scene_light added = {
+        .record = {
+            .type = light->type,
+            .position = {{light->position[0], light->position[1], light->position[2]}},
+            .direction = store3(direction),
+            .radiance = {{light->colour[0] * light->intensity, light->colour[1] * light->intensity,
+                          light->colour[2] * light->intensity}},
+            .range = light->range,
+            .inner_cosine = cosf(light->inner_angle),
+            .outer_cosine = cosf(light->outer_angle),
+        }};
     if (!copy_name(context, name, &added.name)) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }

@@ -81,8 +81,8 @@ struct clast_scene {
 
 // A mesh with arrays that the scene takes over: blocks[] are freed with the scene, also where this call fails. Arrays that
 // are not among them must lie in a file handed to clast_scene_keep_file. Checks what clast_scene_add_mesh checks.
-clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, void *const *blocks, uint32_t block_count,
-                                    const char *name, uint32_t *geometry);
+clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, void *const *blocks,
+                                    uint32_t block_count, const char *name, uint32_t *geometry);
 // An image whose pixels (a block of clast_allocate) the scene takes over, also where this call fails.
 clast_status clast_scene_adopt_image(clast_scene *scene, const clast_image *image, const char *name, uint32_t *number);
 // Keeps a mapped file until the scene ends. On failure the file is unmapped.
@@ -95,7 +95,8 @@ float *clast_mesh_tangents(clast_context *context, const clast_mesh *mesh);
 float *clast_mesh_normals(clast_context *context, const clast_mesh *mesh);
 
 // The camera that settings name ("" is the first of the scene, or a default one), as a record for width x height pixels.
-clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height, clast_camera *camera);
+clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height,
+                                       clast_camera *camera);
 clast_camera clast_camera_record(const clast_camera_desc *desc, uint32_t width, uint32_t height);
 
 #endif

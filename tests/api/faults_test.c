@@ -82,7 +82,8 @@ static clast_context *faulty_context(fault_switch *faults)
     clast_context *context;
     clast_context_desc desc = {
         .memory = {failing_reallocate, faults},
-        .file = {failing_map, map_ended, failing_create, failing_write, clast_machine_files.commit, clast_machine_files.discard, faults},
+        .file = {failing_map, map_ended, failing_create, failing_write, clast_machine_files.commit,
+                 clast_machine_files.discard, faults},
         .threads = 1,
     };
     *faults = (fault_switch){-1, -1, 0, 0};
@@ -119,7 +120,12 @@ static clast_status fill_scene(clast_scene *scene)
     material.alpha_mode = CLAST_ALPHA_MASK;
     material.emissive[0] = 1.0f;
     status = status != CLAST_OK ? status : clast_scene_add_material(scene, &material, "glowing", &number);
-    clast_mesh mesh = {.vertex_count = SIDE * SIDE, .triangle_count = count / 3, .positions = positions, .coordinates = {coordinates}, .indices = indices, .material = 1};
+    clast_mesh mesh = {.vertex_count = SIDE * SIDE,
+                       .triangle_count = count / 3,
+                       .positions = positions,
+                       .coordinates = {coordinates},
+                       .indices = indices,
+                       .material = 1};
     status = status != CLAST_OK ? status : clast_scene_add_mesh(scene, &mesh, "sheet", &geometry);
     clast_wave sheet = {.size = 20, .tiles = 3, .amplitude = 0.5f, .wavelength = 5, .speed = 1, .material = CLAST_NONE};
     status = status != CLAST_OK ? status : clast_scene_add_wave(scene, &sheet, "sea", &wave);
@@ -153,7 +159,8 @@ static clast_status live(clast_context *context, const char *folder)
         uint8_t display[WIDTH * HEIGHT * 3];
         snprintf(path, sizeof path, "%s/faults.%s", folder, endings[i]);
         status = clast_view_to_display(context, CLAST_VIEW_COLOUR, colour, WIDTH, HEIGHT, &settings, display);
-        clast_image image = {WIDTH, HEIGHT, 3, i == 0 ? CLAST_PIXEL_UNORM8 : CLAST_PIXEL_FLOAT, i == 0 ? (const void *)display : colour};
+        clast_image image = {WIDTH, HEIGHT, 3, i == 0 ? CLAST_PIXEL_UNORM8 : CLAST_PIXEL_FLOAT,
+                             i == 0 ? (const void *)display : colour};
         status = status != CLAST_OK ? status : clast_image_write(context, path, &image);
         clast_image back;
         status = status != CLAST_OK ? status : clast_image_read(context, path, &back);

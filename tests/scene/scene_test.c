@@ -234,7 +234,12 @@ static void lights_and_environments_are_checked(void **state)
     light.direction[1] = -2.0f;
     assert_ok(context, clast_scene_add_light(scene, &light, "sun", &number));
     assert_float_equal(scene->lights[number].record.direction.v[1], -1.0f, 1e-6f);
-    light = (clast_light_desc){.type = CLAST_LIGHT_SPOT, .direction = {1, 0, 0}, .colour = {1, 1, 1}, .intensity = 1, .inner_angle = 1, .outer_angle = 0.5f};
+    light = (clast_light_desc){.type = CLAST_LIGHT_SPOT,
+                               .direction = {1, 0, 0},
+                               .colour = {1, 1, 1},
+                               .intensity = 1,
+                               .inner_angle = 1,
+                               .outer_angle = 0.5f};
     assert_int_equal(clast_scene_add_light(scene, &light, NULL, &number), CLAST_ERROR_INVALID_ARGUMENT);
     clast_environment sky = {.type = CLAST_ENVIRONMENT_SKY};
     assert_int_equal(clast_scene_set_environment(scene, &sky), CLAST_ERROR_INVALID_ARGUMENT); // no sun
@@ -269,7 +274,9 @@ static void a_camera_is_chosen_by_name_number_or_text(void **state)
     assert_ok(context, clast_scene_choose_camera(scene, "1,2,3/0,0,0/0,0,1/90", 1, 1, &camera));
     assert_float_equal(camera.position.v[2], 3.0f, 0.0f);
     assert_float_equal(camera.vertical_extent, 1.0f, 1e-5f);
-    const char *wrong[] = {"2", "back", "1,2,3", "1,2,3/1,2,3", "1,2/0,0,0", "1,2,3/0,0,0/0,1,0/180", "1,2,3/0,0,0/0,1,0/45/6", "/", "nan,0,0/1,1,1"};
+    const char *wrong[] = {
+        "2", "back",         "1,2,3", "1,2,3/1,2,3", "1,2/0,0,0", "1,2,3/0,0,0/0,1,0/180", "1,2,3/0,0,0/0,1,0/45/6",
+        "/", "nan,0,0/1,1,1"};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         assert_int_equal(clast_scene_choose_camera(scene, wrong[i], 1, 1, &camera), CLAST_ERROR_INVALID_ARGUMENT);
     }
