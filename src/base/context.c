@@ -151,6 +151,20 @@ const clast_file_hook *clast_context_files(const clast_context *context)
     return &context->desc.file;
 }
 
+// One line, whatever a file's names contain, and nothing that steers a terminal: control characters become spaces, those of
+// one byte and those that UTF-8 writes as C2 80 to C2 9F.
+static void clean_text(char *text)
+{
+    for (unsigned char *c = (unsigned char *)text; *c != '\0'; c++) {
+        if (c[0] == 0xc2 && c[1] >= 0x80 && c[1] < 0xa0) {
+            c[0] = c[1] = ' ';
+        }
+        if (*c < 32 || *c == 127) {
+            *c = ' ';
+        }
+    }
+}
+
 clast_status clast_fail(clast_context *context, clast_status status, const char *format, ...)
 {
     char text[ERROR_TEXT_SIZE];
@@ -158,11 +172,7 @@ clast_status clast_fail(clast_context *context, clast_status status, const char 
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    for (char *c = text; *c != '\0'; c++) { // one line, whatever a file's names contain
-        if ((unsigned char)*c < 32 || *c == 127) {
-            *c = ' ';
-        }
-    }
+    clean_text(text);
     pthread_mutex_lock(&context->error_lock);
     memcpy(context->error, text, sizeof text);
     pthread_mutex_unlock(&context->error_lock);
@@ -179,6 +189,7 @@ void clast_log(clast_context *context, clast_log_level level, const char *format
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
+    clean_text(text);
     context->desc.log.log(context->desc.log.user, level, text);
 }
 

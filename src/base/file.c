@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "base/size.h"
@@ -53,11 +54,12 @@ static void machine_unmap(void *user, clast_file_view *view)
     *view = (clast_file_view){0};
 }
 
-// An output is written beside its target under a name of its own and renamed when whole.
+// An output is written beside its target under a name of its own and renamed when whole. What is no ordinary file (a
+// device, a pipe) cannot be replaced: it is written through.
 typedef struct machine_output {
     FILE *stream;
     char *path;
-    char *temporary;
+    char *temporary; // null where written through
 } machine_output;
 
 static void output_free(machine_output *output)
@@ -67,35 +69,61 @@ static void output_free(machine_output *output)
     free(output);
 }
 
+static char *copy_bytes(const char *text, size_t length, size_t room)
+{
+    char *copy = malloc(length + room);
+    if (copy != NULL) {
+        memcpy(copy, text, length);
+        copy[length] = '\0';
+    }
+    return copy;
+}
+
+// A new file beside `path`, with the permissions that the user's mask leaves; its name goes to `temporary`.
+static int open_beside(const char *path, char **temporary)
+{
+    enum { SUFFIX = 32, ATTEMPTS = 1000 };
+    size_t length = strlen(path);
+    *temporary = copy_bytes(path, length, SUFFIX);
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    for (unsigned i = 0; *temporary != NULL && i < ATTEMPTS; i++) {
+        unsigned number = ((unsigned)now.tv_nsec + i) * 2654435761u ^ (unsigned)getpid();
+        snprintf(*temporary + length, SUFFIX, ".%08x.part", number);
+        int descriptor = open(*temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor >= 0 || errno != EEXIST) {
+            return descriptor;
+        }
+    }
+    return -1;
+}
+
 static clast_status machine_create(void *user, const char *path, void **file)
 {
     (void)user;
-    static const char suffix[] = ".XXXXXX";
     machine_output *output = calloc(1, sizeof *output);
     if (output == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    size_t length = strlen(path);
-    output->path = malloc(length + 1);
-    output->temporary = malloc(length + sizeof suffix);
-    if (output->path == NULL || output->temporary == NULL) {
+    output->path = realpath(path, NULL); // behind links: they stay
+    if (output->path == NULL) {
+        output->path = copy_bytes(path, strlen(path), 1);
+    }
+    if (output->path == NULL) {
         output_free(output);
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    memcpy(output->path, path, length + 1);
-    memcpy(output->temporary, path, length);
-    memcpy(output->temporary + length, suffix, sizeof suffix);
-    int descriptor = mkstemp(output->temporary);
-    if (descriptor < 0) {
-        output_free(output);
-        return CLAST_ERROR_FILE_WRITE;
-    }
-    mode_t mask = umask(0); // mkstemp gives 0600; a new file of the user's has what the mask allows
-    umask(mask);
-    output->stream = fchmod(descriptor, 0666 & ~mask) == 0 ? fdopen(descriptor, "wb") : NULL;
+    struct stat information;
+    bool special = stat(output->path, &information) == 0 && !S_ISREG(information.st_mode);
+    int descriptor = special ? open(output->path, O_WRONLY | O_CLOEXEC) : open_beside(output->path, &output->temporary);
+    output->stream = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
     if (output->stream == NULL) {
-        close(descriptor);
-        unlink(output->temporary);
+        if (descriptor >= 0) {
+            close(descriptor);
+            if (output->temporary != NULL) {
+                unlink(output->temporary);
+            }
+        }
         output_free(output);
         return CLAST_ERROR_FILE_WRITE;
     }
@@ -117,19 +145,48 @@ static void machine_discard(void *user, void *file)
     if (output->stream != NULL) {
         fclose(output->stream);
     }
-    unlink(output->temporary);
+    if (output->temporary != NULL) {
+        unlink(output->temporary);
+    }
     output_free(output);
+}
+
+// Makes a rename durable. Some systems cannot: then it is as durable as they make it.
+static void sync_folder_of(char *path)
+{
+    char *slash = strrchr(path, '/');
+    char kept = slash != NULL ? slash[1] : '\0';
+    if (slash != NULL) {
+        slash[1] = '\0';
+    }
+    int folder = open(slash != NULL ? path : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder >= 0) {
+        fsync(folder);
+        close(folder);
+    }
+    if (slash != NULL) {
+        slash[1] = kept;
+    }
 }
 
 static clast_status machine_commit(void *user, void *file)
 {
     machine_output *output = file;
-    bool whole = fflush(output->stream) == 0 && fsync(fileno(output->stream)) == 0;
+    bool whole = fflush(output->stream) == 0;
+    if (output->temporary != NULL) {
+        whole = whole && fsync(fileno(output->stream)) == 0;
+    }
     whole = fclose(output->stream) == 0 && whole;
     output->stream = NULL;
-    if (!whole || rename(output->temporary, output->path) != 0) {
+    if (whole && output->temporary != NULL) {
+        whole = rename(output->temporary, output->path) == 0;
+    }
+    if (!whole) {
         machine_discard(user, file);
         return CLAST_ERROR_FILE_WRITE;
+    }
+    if (output->temporary != NULL) {
+        sync_folder_of(output->path);
     }
     output_free(output);
     return CLAST_OK;
@@ -285,7 +342,7 @@ clast_status clast_make_folder(clast_context *context, const char *path)
         }
         char kept = *c;
         *c = '\0';
-        if (mkdir(partial, 0777) != 0 && errno != EEXIST) {
+        if (mkdir(partial, 0777) != 0 && !clast_path_is_folder(partial)) {
             status = clast_fail(context, CLAST_ERROR_FILE_WRITE, "%s: the folder could not be made", partial);
         }
         *c = kept;

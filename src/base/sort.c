@@ -101,6 +101,34 @@ static void scatter(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
+// Turns counts into places. False where all keys have the same digit: the round would move nothing.
+static bool place_digits(const sort_job *job, size_t count, size_t blocks)
+{
+    size_t sum = 0;
+    for (size_t digit = 0; digit < RADIX; digit++) {
+        size_t before = sum;
+        for (size_t block = 0; block < blocks; block++) {
+            size_t here = job->places[block * RADIX + digit];
+            job->places[block * RADIX + digit] = sum;
+            sum += here;
+        }
+        if (sum - before == count) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void swap_arrays(sort_job *job)
+{
+    const uint64_t *keys = job->sorted_keys;
+    const uint32_t *values = job->sorted_values;
+    job->sorted_keys = (uint64_t *)job->keys;
+    job->sorted_values = (uint32_t *)job->values;
+    job->keys = keys;
+    job->values = values;
+}
+
 clast_status clast_sort_pairs(clast_context *context, uint64_t *keys, uint32_t *values, size_t count)
 {
     size_t blocks = (count + SORT_BLOCK - 1) / SORT_BLOCK;
@@ -110,23 +138,16 @@ clast_status clast_sort_pairs(clast_context *context, uint64_t *keys, uint32_t *
     clast_status status = CLAST_ERROR_OUT_OF_MEMORY;
     if (other_keys != NULL && other_values != NULL && places != NULL) {
         sort_job job = {keys, values, other_keys, other_values, places, 0};
-        for (; job.shift < 64; job.shift += RADIX_BITS) { // an even number of rounds: the result ends in keys, values
+        for (; job.shift < 64; job.shift += RADIX_BITS) {
             clast_parallel_for(context, count, SORT_BLOCK, count_digits, &job);
-            size_t sum = 0;
-            for (size_t digit = 0; digit < RADIX; digit++) {
-                for (size_t block = 0; block < blocks; block++) {
-                    size_t here = places[block * RADIX + digit];
-                    places[block * RADIX + digit] = sum;
-                    sum += here;
-                }
+            if (place_digits(&job, count, blocks)) {
+                clast_parallel_for(context, count, SORT_BLOCK, scatter, &job);
+                swap_arrays(&job);
             }
-            clast_parallel_for(context, count, SORT_BLOCK, scatter, &job);
-            const uint64_t *sorted_keys = job.sorted_keys;
-            const uint32_t *sorted_values = job.sorted_values;
-            job.sorted_keys = (uint64_t *)job.keys;
-            job.sorted_values = (uint32_t *)job.values;
-            job.keys = sorted_keys;
-            job.values = sorted_values;
+        }
+        if (job.keys != keys) {
+            memcpy(keys, job.keys, count * sizeof *keys);
+            memcpy(values, job.values, count * sizeof *values);
         }
         status = CLAST_OK;
     }

@@ -18,7 +18,8 @@ typedef struct clast_pool {
     pthread_cond_t posted;  // a job is there, or the pool ends
     pthread_cond_t settled; // no worker is busy any more
     uint64_t generation;
-    uint32_t busy;
+    bool open;              // workers may join the job: its owner does not wait for those that wake too late
+    uint32_t busy;          // workers that have joined it
     bool ending;
     clast_range_function function;
     void *data;
@@ -67,6 +68,10 @@ static void *worker_main(void *data)
             break;
         }
         seen = pool->generation;
+        if (!pool->open) {
+            continue;
+        }
+        pool->busy++;
         pthread_mutex_unlock(&pool->lock);
         run_chunks(pool, entry.worker);
         pthread_mutex_lock(&pool->lock);
@@ -149,12 +154,13 @@ void clast_parallel_for(clast_context *context, size_t count, size_t grain, clas
     pool->count = count;
     pool->grain = grain;
     atomic_store(&pool->next_chunk, 0);
-    pool->busy = pool->thread_count;
+    pool->open = true;
     pool->generation++;
     pthread_cond_broadcast(&pool->posted);
     pthread_mutex_unlock(&pool->lock);
     run_chunks(pool, 0);
     pthread_mutex_lock(&pool->lock);
+    pool->open = false; // all chunks are taken
     while (pool->busy != 0) {
         pthread_cond_wait(&pool->settled, &pool->lock);
     }
