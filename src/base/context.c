@@ -24,9 +24,9 @@ struct clast_context {
 
 // Stands before each block, in the BLOCK_ALIGNMENT bytes below the pointer that the caller sees.
 typedef struct block_header {
-    void *base;      // what the hook gave
+    void *base;       // what the hook gave
     size_t hook_size; // what the hook was asked for
-    size_t size;     // what the caller asked for
+    size_t size;      // what the caller asked for
 } block_header;
 
 _Static_assert(sizeof(block_header) <= BLOCK_ALIGNMENT, "the header fits below the block");

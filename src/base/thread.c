@@ -18,8 +18,8 @@ typedef struct clast_pool {
     pthread_cond_t posted;  // a job is there, or the pool ends
     pthread_cond_t settled; // no worker is busy any more
     uint64_t generation;
-    bool open;              // workers may join the job: its owner does not wait for those that wake too late
-    uint32_t busy;          // workers that have joined it
+    bool open;     // workers may join the job: its owner does not wait for those that wake too late
+    uint32_t busy; // workers that have joined it
     bool ending;
     clast_range_function function;
     void *data;

@@ -73,7 +73,8 @@ static void make_boxes(void *data, size_t begin, size_t end, uint32_t worker)
     lanes lower = c->centres[2 * worker], upper = c->centres[2 * worker + 1];
     for (size_t i = begin; i < end; i++) {
         const uint32_t *corner = desc->indices + 3 * i;
-        if (corner[0] >= desc->position_count || corner[1] >= desc->position_count || corner[2] >= desc->position_count) {
+        if (corner[0] >= desc->position_count || corner[1] >= desc->position_count ||
+            corner[2] >= desc->position_count) {
             atomic_store(&c->out_of_range, true);
             return;
         }
@@ -99,8 +100,9 @@ static clast_status refuse_index(const clusterizer *c)
     const clast_clusterize_desc *desc = c->desc;
     for (size_t i = 0; i < 3 * desc->triangle_count; i++) {
         if (desc->indices[i] >= desc->position_count) {
-            return clast_fail(c->context, CLAST_ERROR_INVALID_ARGUMENT, "clusterize: triangle %zu has index %u, expected below %zu",
-                              i / 3, desc->indices[i], desc->position_count);
+            return clast_fail(c->context, CLAST_ERROR_INVALID_ARGUMENT,
+                              "clusterize: triangle %zu has index %u, expected below %zu", i / 3, desc->indices[i],
+                              desc->position_count);
         }
     }
     return refuse(c->context, "an index is out of range");
@@ -251,7 +253,8 @@ static clast_status gather(clusterizer *c)
         vertices += c->tasks[i].vertex_count;
     }
     if (vertices > UINT32_MAX) {
-        return clast_fail(c->context, CLAST_ERROR_LIMIT, "clusterize: %llu vertices of clusters, expected below 4294967296",
+        return clast_fail(c->context, CLAST_ERROR_LIMIT,
+                          "clusterize: %llu vertices of clusters, expected below 4294967296",
                           (unsigned long long)vertices);
     }
     c->result->cluster_count = clusters;

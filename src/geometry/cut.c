@@ -210,7 +210,8 @@ static size_t part(cut_box *boxes, size_t count, const cut_plane *plane, centre_
 static void pair_from(const cut_range *range, size_t left, const centre_boxes *centres, cut_pair *pair)
 {
     pair->left = (cut_range){range->begin, (uint32_t)left, centres->lower[0], centres->upper[0]};
-    pair->right = (cut_range){range->begin + (uint32_t)left, range->count - (uint32_t)left, centres->lower[1], centres->upper[1]};
+    pair->right = (cut_range){range->begin + (uint32_t)left, range->count - (uint32_t)left, centres->lower[1],
+                              centres->upper[1]};
 }
 
 void clast_cut_in_two_alone(cut_box *boxes, const cut_range *range, const cut_limits *limits, cut_pair *pair)
@@ -259,7 +260,8 @@ static void fill_chunk(void *data, size_t begin, size_t end, uint32_t worker)
 static void part_chunk(void *data, size_t begin, size_t end, uint32_t worker)
 {
     cut_job *job = data;
-    job->chunks[begin / PARALLEL_CHUNK].left = (uint32_t)part(job->boxes + begin, end - begin, &job->plane, &job->centres[worker]);
+    job->chunks[begin / PARALLEL_CHUNK].left = (uint32_t)part(job->boxes + begin, end - begin, &job->plane,
+                                                              &job->centres[worker]);
 }
 
 typedef struct span {
@@ -335,7 +337,8 @@ static void swap_strays(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-static void cut_on_all_threads(clast_context *context, cut_job *job, const cut_range *range, const cut_limits *limits, cut_pair *pair)
+static void cut_on_all_threads(clast_context *context, cut_job *job, const cut_range *range, const cut_limits *limits,
+                               cut_pair *pair)
 {
     uint32_t workers = clast_worker_count(context);
     for (uint32_t i = 0; i < workers; i++) {
@@ -359,7 +362,8 @@ static void cut_on_all_threads(clast_context *context, cut_job *job, const cut_r
     pair_from(range, job->left, &job->centres[0], pair);
 }
 
-clast_status clast_cut_in_two(clast_context *context, cut_box *boxes, const cut_range *range, const cut_limits *limits, cut_pair *pair)
+clast_status clast_cut_in_two(clast_context *context, cut_box *boxes, const cut_range *range, const cut_limits *limits,
+                              cut_pair *pair)
 {
     cut_plane plane = plane_of(range);
     if (plane.scale == 0.0f) {

@@ -15,7 +15,8 @@ enum {
 // A triangle's box, as two registers whose last lanes are put to use.
 typedef struct cut_corner {
     float v[3];
-    uint32_t number; // lower: the triangle. upper: of a cluster's first triangle, the cluster's triangles * 65536 + vertices
+    uint32_t
+        number; // lower: the triangle. upper: of a cluster's first triangle, the cluster's triangles * 65536 + vertices
 } cut_corner;
 
 typedef struct cut_box {
@@ -71,6 +72,7 @@ typedef struct group_job {
     uint32_t *triangles;
     uint8_t *indices;
 } group_job;
-void clast_group_cut(group *scratch, const group_job *job, uint32_t begin, uint32_t count, uint32_t *clusters, uint64_t *vertices);
+void clast_group_cut(group *scratch, const group_job *job, uint32_t begin, uint32_t count, uint32_t *clusters,
+                     uint64_t *vertices);
 
 #endif

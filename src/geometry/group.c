@@ -251,7 +251,8 @@ static void sweep(group *g, const part *p, uint32_t axis, best_cut *best)
         upper = lanes_max(upper, g->upper[order[i]]);
         g->right_area[i] = area_between(lower, upper);
     }
-    float whole = area_between(lanes_min(lower, g->lower[order[0]]), lanes_max(upper, g->upper[order[0]])) * EXTRA_CLUSTER;
+    float whole = area_between(lanes_min(lower, g->lower[order[0]]), lanes_max(upper, g->upper[order[0]])) *
+                  EXTRA_CLUSTER;
     lower = box_none_lower();
     upper = box_none_upper();
     const float *clusters = g->triangle_clusters;
@@ -279,7 +280,8 @@ static void sweep_counting(group *g, const part *p, uint32_t axis, best_cut *bes
         g->right_area[i] = area_between(lower, upper);
         g->right_vertices[i] = (uint16_t)vertices;
     }
-    float whole = area_between(lanes_min(lower, g->lower[order[0]]), lanes_max(upper, g->upper[order[0]])) * EXTRA_CLUSTER;
+    float whole = area_between(lanes_min(lower, g->lower[order[0]]), lanes_max(upper, g->upper[order[0]])) *
+                  EXTRA_CLUSTER;
     lower = box_none_lower();
     upper = box_none_upper();
     tick = next_tick(g);
@@ -454,7 +456,8 @@ static void order_blocks(group *g, const part *cluster)
 // ----------------------------------------------------------------------------------------------------------- writing
 
 // Writes a cluster's triangles from place `begin` of the mesh on. Vertices are numbered in the order of first use.
-static uint32_t write_cluster(group *g, const group_job *job, uint32_t begin, const part *cluster, const uint32_t *numbers)
+static uint32_t write_cluster(group *g, const group_job *job, uint32_t begin, const part *cluster,
+                              const uint32_t *numbers)
 {
     uint32_t tick = next_tick(g), vertices = 0;
     for (uint32_t i = 0; i < cluster->count; i++) {
@@ -482,12 +485,14 @@ static void prepare(group *g, const cut_limits *limits)
     }
 }
 
-void clast_group_cut(group *g, const group_job *job, uint32_t begin, uint32_t count, uint32_t *clusters, uint64_t *vertices)
+void clast_group_cut(group *g, const group_job *job, uint32_t begin, uint32_t count, uint32_t *clusters,
+                     uint64_t *vertices)
 {
     prepare(g, &job->limits);
     load_boxes(g, job->boxes + begin, count);
     uint32_t different = number_corners(g, job, begin, count);
-    g->vertices_matter = (float)different * (float)g->limits.triangles > VERTICES_MATTER * (float)count * (float)g->limits.vertices;
+    g->vertices_matter = (float)different * (float)g->limits.triangles >
+                         VERTICES_MATTER * (float)count * (float)g->limits.vertices;
     float sharing = ((float)count / (float)different - 1.0f) / 0.9f;
     fill_vertex_table(g, different + 1, g->limits.vertices, sharing < 0.0f ? 0.0f : sharing > 1.0f ? 1.0f : sharing);
     cut_clusters(g, count);

@@ -13,14 +13,38 @@
 
 typedef __m128 lanes;
 
-static inline lanes lanes_load(const float *values) { return _mm_loadu_ps(values); }
-static inline void lanes_store(void *values, lanes a) { _mm_storeu_ps(values, a); }
-static inline lanes lanes_all(float value) { return _mm_set1_ps(value); }
-static inline lanes lanes_add(lanes a, lanes b) { return _mm_add_ps(a, b); }
-static inline lanes lanes_subtract(lanes a, lanes b) { return _mm_sub_ps(a, b); }
-static inline lanes lanes_multiply(lanes a, lanes b) { return _mm_mul_ps(a, b); }
-static inline lanes lanes_min(lanes a, lanes b) { return _mm_min_ps(a, b); }
-static inline lanes lanes_max(lanes a, lanes b) { return _mm_max_ps(a, b); }
+static inline lanes lanes_load(const float *values)
+{
+    return _mm_loadu_ps(values);
+}
+static inline void lanes_store(void *values, lanes a)
+{
+    _mm_storeu_ps(values, a);
+}
+static inline lanes lanes_all(float value)
+{
+    return _mm_set1_ps(value);
+}
+static inline lanes lanes_add(lanes a, lanes b)
+{
+    return _mm_add_ps(a, b);
+}
+static inline lanes lanes_subtract(lanes a, lanes b)
+{
+    return _mm_sub_ps(a, b);
+}
+static inline lanes lanes_multiply(lanes a, lanes b)
+{
+    return _mm_mul_ps(a, b);
+}
+static inline lanes lanes_min(lanes a, lanes b)
+{
+    return _mm_min_ps(a, b);
+}
+static inline lanes lanes_max(lanes a, lanes b)
+{
+    return _mm_max_ps(a, b);
+}
 
 // The first three lanes; the last becomes zero. What stands in memory there may be an integer: as a float it would be a
 // denormal, which some machines add slowly.
@@ -64,14 +88,38 @@ typedef struct lanes {
         result.v[i] = (expression); \
     } \
     return result
-static inline lanes lanes_load(const float *values) { EACH_LANE(values[i]); }
-static inline void lanes_store(void *values, lanes a) { memcpy(values, a.v, sizeof a.v); }
-static inline lanes lanes_all(float value) { EACH_LANE(value); }
-static inline lanes lanes_add(lanes a, lanes b) { EACH_LANE(a.v[i] + b.v[i]); }
-static inline lanes lanes_subtract(lanes a, lanes b) { EACH_LANE(a.v[i] - b.v[i]); }
-static inline lanes lanes_multiply(lanes a, lanes b) { EACH_LANE(a.v[i] * b.v[i]); }
-static inline lanes lanes_min(lanes a, lanes b) { EACH_LANE(a.v[i] < b.v[i] ? a.v[i] : b.v[i]); }
-static inline lanes lanes_max(lanes a, lanes b) { EACH_LANE(a.v[i] > b.v[i] ? a.v[i] : b.v[i]); }
+static inline lanes lanes_load(const float *values)
+{
+    EACH_LANE(values[i]);
+}
+static inline void lanes_store(void *values, lanes a)
+{
+    memcpy(values, a.v, sizeof a.v);
+}
+static inline lanes lanes_all(float value)
+{
+    EACH_LANE(value);
+}
+static inline lanes lanes_add(lanes a, lanes b)
+{
+    EACH_LANE(a.v[i] + b.v[i]);
+}
+static inline lanes lanes_subtract(lanes a, lanes b)
+{
+    EACH_LANE(a.v[i] - b.v[i]);
+}
+static inline lanes lanes_multiply(lanes a, lanes b)
+{
+    EACH_LANE(a.v[i] * b.v[i]);
+}
+static inline lanes lanes_min(lanes a, lanes b)
+{
+    EACH_LANE(a.v[i] < b.v[i] ? a.v[i] : b.v[i]);
+}
+static inline lanes lanes_max(lanes a, lanes b)
+{
+    EACH_LANE(a.v[i] > b.v[i] ? a.v[i] : b.v[i]);
+}
 static inline lanes lanes_three(const void *values)
 {
     lanes result = {{0.0f, 0.0f, 0.0f, 0.0f}};

@@ -185,8 +185,8 @@ static void weld_buckets(void *data, size_t begin, size_t end, uint32_t worker)
 {
     welder *w = data;
     for (size_t bucket = begin; bucket < end; bucket++) {
-        w->unique[bucket] =
-            weld_bucket(w, w->tables[worker], w->order + w->first[bucket], w->first[bucket + 1] - w->first[bucket]);
+        w->unique[bucket] = weld_bucket(w, w->tables[worker], w->order + w->first[bucket],
+                                        w->first[bucket + 1] - w->first[bucket]);
     }
 }
 
@@ -233,8 +233,10 @@ clast_status clast_weld_positions(clast_context *context, const float *positions
     if (context == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
-    if (unique_count == NULL || (vertex_count != 0 && (positions == NULL || remap == NULL)) || vertex_count > UINT32_MAX - 1) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "weld: expected arrays of at most 4294967294 vertices");
+    if (unique_count == NULL || (vertex_count != 0 && (positions == NULL || remap == NULL)) ||
+        vertex_count > UINT32_MAX - 1) {
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "weld: expected arrays of at most 4294967294 vertices");
     }
     uint32_t workers = clast_worker_count(context);
     size_t chunks = (vertex_count + VERTEX_CHUNK - 1) / VERTEX_CHUNK;

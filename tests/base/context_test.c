@@ -57,7 +57,11 @@ static void an_error_is_one_line_that_steers_no_terminal(void **state)
 {
     clast_context *context = *state;
     assert_string_equal(clast_context_error(context), "");
-    assert_int_equal(clast_fail(context, CLAST_ERROR_MALFORMED, "%s: line %d", "a\n\x1b[2Jb\t\x7f\xc2\x9b" "c\xc3\xa9", 3), CLAST_ERROR_MALFORMED);
+    assert_int_equal(clast_fail(context, CLAST_ERROR_MALFORMED, "%s: line %d",
+                                "a\n\x1b[2Jb\t\x7f\xc2\x9b"
+                                "c\xc3\xa9",
+                                3),
+                     CLAST_ERROR_MALFORMED);
     assert_string_equal(clast_context_error(context), "a  [2Jb    c\xc3\xa9: line 3");
 }
 
@@ -95,7 +99,8 @@ static void a_log_line_is_one_line(void **state)
 {
     clast_context *context;
     clast_log(*state, CLAST_LOG_WARNING, "to no one");
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .log = {keep_line, NULL}}, &context), CLAST_OK);
+    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .log = {keep_line, NULL}}, &context),
+                     CLAST_OK);
     clast_log(context, CLAST_LOG_WARNING, "%s and %d", "a\nb", 5);
     assert_string_equal(logged, "a b and 5");
     assert_int_equal(logged_level, CLAST_LOG_WARNING);
@@ -116,7 +121,9 @@ static void the_progress_hook_can_stop_the_work(void **state)
     int calls = 0;
     clast_context *context;
     assert_ok(*state, clast_progress(*state, "render", 9, 10)); // without a hook nothing stops
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .progress = {stop_at_half, &calls}}, &context), CLAST_OK);
+    assert_int_equal(
+        clast_context_create(&(clast_context_desc){.threads = 1, .progress = {stop_at_half, &calls}}, &context),
+        CLAST_OK);
     assert_ok(context, clast_progress(context, "render", 4, 10));
     assert_int_equal(clast_progress(context, "render", 5, 10), CLAST_ERROR_CANCELLED);
     assert_non_null(strstr(clast_context_error(context), "render"));
@@ -157,7 +164,8 @@ static void a_context_without_memory_is_not_made(void **state)
     for (; status != CLAST_OK; tried++) {
         counted c = {.left = tried};
         clast_context *context = (clast_context *)&c;
-        status = clast_context_create(&(clast_context_desc){.memory = {counted_reallocate, &c}, .threads = 3}, &context);
+        status = clast_context_create(&(clast_context_desc){.memory = {counted_reallocate, &c}, .threads = 3},
+                                      &context);
         if (status == CLAST_OK) {
             clast_context_destroy(context);
         } else {
@@ -175,7 +183,8 @@ static void wrong_arguments_make_no_context(void **state)
     (void)state;
     clast_context *context;
     assert_int_equal(clast_context_create(NULL, NULL), CLAST_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1025}, &context), CLAST_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1025}, &context),
+                     CLAST_ERROR_INVALID_ARGUMENT);
     assert_int_equal(clast_context_create(&(clast_context_desc){.isa = (clast_isa)77}, &context), CLAST_ERROR_DEVICE);
     assert_int_equal(clast_context_create(&(clast_context_desc){.isa = (clast_isa)-1}, &context), CLAST_ERROR_DEVICE);
     clast_context_destroy(NULL);

@@ -271,7 +271,8 @@ static void a_write_that_fails_gives_the_output_up(void **state)
     (void)state;
     full_disk disk = {.writes_left = 2};
     clast_context *context;
-    clast_context_desc desc = {.threads = 1, .file = {disk_map, disk_unmap, disk_create, disk_write, disk_commit, disk_discard, &disk}};
+    clast_context_desc desc = {
+        .threads = 1, .file = {disk_map, disk_unmap, disk_create, disk_write, disk_commit, disk_discard, &disk}};
     assert_int_equal(clast_context_create(&desc, &context), CLAST_OK);
     clast_file_output output;
     assert_ok(context, clast_file_create(context, "picture.png", &output));

@@ -34,7 +34,8 @@ static void the_memory_limit_holds(void **state)
 {
     (void)state;
     clast_context *context;
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .memory_limit = 1 << 20}, &context), CLAST_OK);
+    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .memory_limit = 1 << 20}, &context),
+                     CLAST_OK);
     void *block = clast_allocate(context, 1 << 19, 1);
     assert_non_null(block);
     assert_null(clast_allocate(context, 1 << 19, 1));

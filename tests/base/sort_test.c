@@ -21,7 +21,8 @@ static void a_scan_gives_the_sums_before(void **state)
 {
     uint64_t numbers = 5;
     for (size_t c = 0; c < COUNTS; c++) {
-        uint32_t *values = malloc((counts[c] + 1) * sizeof *values), *scanned = malloc((counts[c] + 1) * sizeof *scanned);
+        uint32_t *values = malloc((counts[c] + 1) * sizeof *values),
+                 *scanned = malloc((counts[c] + 1) * sizeof *scanned);
         for (size_t i = 0; i < counts[c]; i++) {
             values[i] = scanned[i] = (uint32_t)(next_number(&numbers) % 1000);
         }
@@ -132,8 +133,16 @@ static void pairs_are_sorted_by_key_and_stable(void **state)
 // Digits that are the same for all keys are left out: an odd number of rounds remains for some.
 static void any_set_of_digits_sorts(void **state)
 {
-    static const uint64_t masks[] = {0,          0xff,       0xffff,     0xff00,         0xff0000ff,
-                                     0xffffff,   0xff00000000000000u, 0x00ff00ff00ff0000u, 0x0101010101010101u, 1ull << 63};
+    static const uint64_t masks[] = {0,
+                                     0xff,
+                                     0xffff,
+                                     0xff00,
+                                     0xff0000ff,
+                                     0xffffff,
+                                     0xff00000000000000u,
+                                     0x00ff00ff00ff0000u,
+                                     0x0101010101010101u,
+                                     1ull << 63};
     for (size_t m = 0; m < sizeof masks / sizeof masks[0]; m++) {
         check_sort(*state, 20000, masks[m], 3);
     }

@@ -20,7 +20,8 @@ typedef struct visits {
 static void visit(void *data, size_t begin, size_t end, uint32_t worker)
 {
     visits *v = data;
-    bool fits = worker < clast_worker_count(v->context) && begin % v->grain == 0 && begin < end && end - begin <= v->grain;
+    bool fits = worker < clast_worker_count(v->context) && begin % v->grain == 0 && begin < end &&
+                end - begin <= v->grain;
     if (!fits || atomic_fetch_add(&v->running[worker], 1) != 0) {
         atomic_fetch_add(&v->wrong, 1);
         return;
@@ -189,12 +190,9 @@ static void the_clock_goes_forwards(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_element_is_visited_once),
-        cmocka_unit_test(many_short_jobs_follow_each_other),
-        CONTEXT_TEST(a_call_from_inside_runs_to_its_end),
-        CONTEXT_TEST(several_threads_may_call_at_once),
-        cmocka_unit_test(contexts_work_beside_each_other),
-        CONTEXT_TEST(plain_memory_is_handed_over),
+        cmocka_unit_test(every_element_is_visited_once),   cmocka_unit_test(many_short_jobs_follow_each_other),
+        CONTEXT_TEST(a_call_from_inside_runs_to_its_end),  CONTEXT_TEST(several_threads_may_call_at_once),
+        cmocka_unit_test(contexts_work_beside_each_other), CONTEXT_TEST(plain_memory_is_handed_over),
         cmocka_unit_test(the_clock_goes_forwards),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -10,7 +10,8 @@ static double fill_of(clast_context *context, const mesh *m, uint32_t max_triang
     clast_clusters clusters;
     assert_ok(context, clast_clusterize(context, &desc, &clusters));
     check_clusters(&desc, &clusters);
-    double fill = cluster_fill(&clusters, max_triangles != 0 ? max_triangles : 128, max_vertices != 0 ? max_vertices : 128);
+    double fill = cluster_fill(&clusters, max_triangles != 0 ? max_triangles : 128,
+                               max_vertices != 0 ? max_vertices : 128);
     clast_clusters_free(context, &clusters);
     return fill;
 }
@@ -41,7 +42,8 @@ static void strips_fill_their_clusters(void **state)
 
 static void other_limits_are_kept_and_filled(void **state)
 {
-    static const uint32_t limits[][2] = {{64, 64}, {128, 64}, {128, 42}, {256, 256}, {32, 256}, {96, 60}, {1, 3}, {2, 256}};
+    static const uint32_t limits[][2] = {{64, 64},  {128, 64}, {128, 42}, {256, 256},
+                                         {32, 256}, {96, 60},  {1, 3},    {2, 256}};
     mesh m = mesh_grid(120, 100);
     for (size_t i = 0; i < sizeof limits / sizeof limits[0]; i++) {
         double fill = fill_of(*state, &m, limits[i][0], limits[i][1]);
@@ -172,7 +174,8 @@ static void the_number_of_threads_changes_nothing(void **state)
         clast_context *contexts[3];
         for (size_t t = 0; t < 3; t++) {
             clast_clusters clusters;
-            assert_int_equal(clast_context_create(&(clast_context_desc){.threads = threads[t]}, &contexts[t]), CLAST_OK);
+            assert_int_equal(clast_context_create(&(clast_context_desc){.threads = threads[t]}, &contexts[t]),
+                             CLAST_OK);
             assert_ok(contexts[t], clast_clusterize(contexts[t], &desc, &clusters));
             if (t == 0) {
                 first = clusters;

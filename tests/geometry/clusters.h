@@ -60,7 +60,8 @@ static inline mesh mesh_grid(uint32_t columns, uint32_t rows)
     mesh m = mesh_make((size_t)(columns + 1) * (rows + 1), (size_t)columns * rows * 2);
     for (uint32_t y = 0; y <= rows; y++) {
         for (uint32_t x = 0; x <= columns; x++) {
-            set_position(&m, (size_t)y * (columns + 1) + x, (float)x, (float)y, 3.0f * sinf((float)x * 0.1f) * cosf((float)y * 0.13f));
+            set_position(&m, (size_t)y * (columns + 1) + x, (float)x, (float)y,
+                         3.0f * sinf((float)x * 0.1f) * cosf((float)y * 0.13f));
         }
     }
     uint32_t *corner = m.indices;
@@ -107,7 +108,8 @@ static inline mesh mesh_random(size_t positions, size_t triangles, uint32_t seed
 
 static inline clast_clusterize_desc desc_of(const mesh *m, uint32_t max_triangles, uint32_t max_vertices)
 {
-    return (clast_clusterize_desc){m->positions, m->position_count, m->indices, m->triangle_count, max_triangles, max_vertices};
+    return (clast_clusterize_desc){m->positions,      m->position_count, m->indices,
+                                   m->triangle_count, max_triangles,     max_vertices};
 }
 
 // Average of how full the clusters are of what limits them.
@@ -122,7 +124,8 @@ static inline double cluster_fill(const clast_clusters *c, uint32_t max_triangle
     return c->cluster_count != 0 ? sum / (double)c->cluster_count : 1.0;
 }
 
-static inline void check_cluster(const clast_clusterize_desc *desc, const clast_clusters *c, const clast_cluster *cluster, uint8_t *seen)
+static inline void check_cluster(const clast_clusterize_desc *desc, const clast_clusters *c,
+                                 const clast_cluster *cluster, uint8_t *seen)
 {
     uint8_t used[256] = {0};
     for (uint32_t t = 0; t < cluster->triangle_count; t++) {
@@ -134,7 +137,8 @@ static inline void check_cluster(const clast_clusterize_desc *desc, const clast_
             uint8_t local = c->indices[3 * place + k];
             assert_true(local < cluster->vertex_count);
             used[local] = 1;
-            assert_int_equal(c->vertices[(size_t)cluster->first_vertex + local], desc->indices[3 * (size_t)triangle + k]);
+            assert_int_equal(c->vertices[(size_t)cluster->first_vertex + local],
+                             desc->indices[3 * (size_t)triangle + k]);
         }
     }
     for (uint32_t v = 0; v < cluster->vertex_count; v++) {
