@@ -5,13 +5,20 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include "base/file.h"
 #include "base/isa.h"
 #include "base/size.h"
 #include "base/thread.h"
 
-enum { ERROR_TEXT_SIZE = 1024, BLOCK_ALIGNMENT = 64, THREADS_MOST = 1024 };
+enum {
+    ERROR_TEXT_SIZE = 1024,
+    BLOCK_ALIGNMENT = 64,
+    THREADS_MOST = 1024,
+    LARGE_PAGE = 2 << 20,
+    LARGE_BLOCK = 16 << 20,
+};
 
 struct clast_context {
     clast_context_desc desc;
@@ -31,6 +38,19 @@ typedef struct block_header {
 
 _Static_assert(sizeof(block_header) <= BLOCK_ALIGNMENT, "the header fits below the block");
 
+// Large blocks ask for large pages: touching memory for the first time costs as much as working through it, page by page.
+static void *large_allocate(size_t size)
+{
+    size_t whole = (size + LARGE_PAGE - 1) / LARGE_PAGE * LARGE_PAGE;
+    void *pointer = whole >= size ? aligned_alloc(LARGE_PAGE, whole) : NULL;
+#ifdef MADV_HUGEPAGE
+    if (pointer != NULL) {
+        madvise(pointer, whole, MADV_HUGEPAGE); // a wish: where it is not granted, pages are small
+    }
+#endif
+    return pointer;
+}
+
 static void *machine_reallocate(void *user, void *pointer, size_t old_size, size_t new_size)
 {
     (void)user;
@@ -39,7 +59,7 @@ static void *machine_reallocate(void *user, void *pointer, size_t old_size, size
         free(pointer);
         return NULL;
     }
-    return realloc(pointer, new_size);
+    return pointer == NULL && new_size >= LARGE_BLOCK ? large_allocate(new_size) : realloc(pointer, new_size);
 }
 
 const char *clast_status_text(clast_status status)

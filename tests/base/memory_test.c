@@ -46,6 +46,27 @@ static void the_memory_limit_holds(void **state)
     clast_context_destroy(context);
 }
 
+static void a_large_block_is_one_like_any(void **state)
+{
+    clast_context *context = *state;
+    uint64_t before = clast_context_memory(context);
+    size_t size = ((size_t)40 << 20) + 5;
+    unsigned char *block = clast_allocate(context, size, 1);
+    assert_non_null(block);
+    assert_int_equal((uintptr_t)block % 64, 0);
+    block[0] = 7;
+    block[size - 1] = 9;
+    block = clast_reallocate(context, block, 2 * size, 1);
+    assert_non_null(block);
+    assert_int_equal(block[0], 7);
+    assert_int_equal(block[size - 1], 9);
+    block[2 * size - 1] = 1;
+    block = clast_reallocate(context, block, 10, 1);
+    assert_int_equal(block[0], 7);
+    clast_free(context, block);
+    assert_int_equal(clast_context_memory(context), before);
+}
+
 static void an_array_grows_and_keeps_its_elements(void **state)
 {
     clast_context *context = *state;
@@ -67,6 +88,7 @@ int main(void)
         CONTEXT_TEST(freed_blocks_leave_nothing),
         CONTEXT_TEST(a_product_that_overflows_is_refused),
         cmocka_unit_test(the_memory_limit_holds),
+        CONTEXT_TEST(a_large_block_is_one_like_any),
         CONTEXT_TEST(an_array_grows_and_keeps_its_elements),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
