@@ -67,7 +67,8 @@ static vec3 pixel_colour(const display_job *job, size_t i)
         return none ? normal : clamp_unit3(normal * 0.5f + splat3(0.5f));
     }
     case CLAST_VIEW_DEPTH: return depth_colour(job, reals[i]);
-    case CLAST_VIEW_UV: return vec3(reals[2 * i] - floorf(reals[2 * i]), reals[2 * i + 1] - floorf(reals[2 * i + 1]), 0.0f);
+    case CLAST_VIEW_UV:
+        return vec3(reals[2 * i] - floorf(reals[2 * i]), reals[2 * i + 1] - floorf(reals[2 * i + 1]), 0.0f);
     case CLAST_VIEW_INSTANCE:
     case CLAST_VIEW_CLUSTER:
     case CLAST_VIEW_TRIANGLE: return number_colour(numbers[i]);
@@ -111,18 +112,20 @@ static void find_range(display_job *job, size_t count)
     }
 }
 
-clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values, uint32_t width, uint32_t height,
-                                   const clast_render_settings *settings, uint8_t *pixels)
+clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values, uint32_t width,
+                                   uint32_t height, const clast_render_settings *settings, uint8_t *pixels)
 {
     if (context == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if ((uint32_t)view >= CLAST_VIEW_COUNT_ || values == NULL || pixels == NULL || width == 0 || height == 0) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "view to display: there is no such view, or no pixels");
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "view to display: there is no such view, or no pixels");
     }
     clast_render_settings resolved = settings != NULL ? *settings : (clast_render_settings){0};
     float exposure = (float)resolved.exposure;
-    display_job job = {.view = view, .values = values, .curve = resolved.tonemap, .gain = exp2f(exposure), .pixels = pixels};
+    display_job job = {
+        .view = view, .values = values, .curve = resolved.tonemap, .gain = exp2f(exposure), .pixels = pixels};
     size_t count = (size_t)width * height;
     find_range(&job, count);
     clast_parallel_for(context, count, 4096, display_range, &job);

@@ -5,7 +5,9 @@
 #include "base/thread.h"
 #include "render/surface.h"
 
-enum { PUNCTUAL_MOST = 16 }; // so many punctual lights are weighed at each point; of more, one is chosen by its strength alone
+enum {
+    PUNCTUAL_MOST = 16
+}; // so many punctual lights are weighed at each point; of more, one is chosen by its strength alone
 
 static const float LEAST_SHARE = 0.1f; // of a kind of light that is there at all: guesses of its strength may be wrong
 
@@ -137,8 +139,8 @@ static clast_status make_emitters(clast_context *context, clast_lights *lights)
         return CLAST_OK;
     }
     if (frame->emitter_count >= UINT32_MAX) {
-        return clast_fail(context, CLAST_ERROR_LIMIT, "the frame has %zu emissive triangles; at most 2^32 - 2 are possible",
-                          frame->emitter_count);
+        return clast_fail(context, CLAST_ERROR_LIMIT,
+                          "the frame has %zu emissive triangles; at most 2^32 - 2 are possible", frame->emitter_count);
     }
     clast_choice_table *table = &lights->emitters;
     table->count = (uint32_t)frame->emitter_count;
@@ -227,7 +229,8 @@ vec3 clast_distant_radiance(const clast_lights *lights, vec3 direction)
     if (lights->has_sun) {
         float below = below_sun(lights, direction);
         if (below < lights->sun_height && direction[1] > 0.0f) {
-            radiance = radiance + lights->sun_irradiance * (lights->sun_density * sun_profile(below, lights->sun_height));
+            radiance = radiance +
+                       lights->sun_irradiance * (lights->sun_density * sun_profile(below, lights->sun_height));
         }
     }
     return radiance;
@@ -252,7 +255,8 @@ static float facing(vec3 geometric_normal, vec3 normal, vec3 direction)
     return dot3(geometric_normal, direction) > 0.0f ? 0.1f + 0.9f * max1(dot3(normal, direction), 0.0f) : 0.0f;
 }
 
-static float punctual_weight(const clast_lights *lights, uint32_t number, vec3 position, vec3 geometric_normal, vec3 normal)
+static float punctual_weight(const clast_lights *lights, uint32_t number, vec3 position, vec3 geometric_normal,
+                             vec3 normal)
 {
     clast_incoming incoming = light_incoming(lights->frame->scene->lights[number].record, position);
     return luminance(load3(incoming.irradiance)) * facing(geometric_normal, normal, load3(incoming.direction));
@@ -335,7 +339,8 @@ static uint32_t choose_punctual(const clast_lights *lights, vec3 position, float
     return chosen;
 }
 
-static clast_light_sample sample_punctual(const clast_lights *lights, const clast_light_shares *shares, vec3 position, float choice)
+static clast_light_sample sample_punctual(const clast_lights *lights, const clast_light_shares *shares, vec3 position,
+                                          float choice)
 {
     float density;
     uint32_t number = choose_punctual(lights, position, choice, &density);
@@ -355,7 +360,8 @@ static clast_light_sample sample_punctual(const clast_lights *lights, const clas
 }
 
 // The point is moved towards the viewer by what arithmetic may have moved it by, so that its own triangle does not hide it.
-static clast_light_sample sample_emitter(const clast_lights *lights, const clast_light_shares *shares, vec3 position, float choice, vec2 u)
+static clast_light_sample sample_emitter(const clast_lights *lights, const clast_light_shares *shares, vec3 position,
+                                         float choice, vec2 u)
 {
     const clast_frame *frame = lights->frame;
     float rest;
@@ -389,7 +395,8 @@ static clast_light_sample sample_emitter(const clast_lights *lights, const clast
         .direction = direction,
         .target = place + normal * (dot3(normal, direction) < 0.0f ? offset : -offset),
         .radiance = emission,
-        .density = clast_emitter_density(lights, shares, emitter->instance, emitter->primitive, distance, dot3(normal, direction)),
+        .density = clast_emitter_density(lights, shares, emitter->instance, emitter->primitive, distance,
+                                         dot3(normal, direction)),
     };
 }
 
@@ -401,7 +408,8 @@ clast_light_sample clast_lights_sample_sun(const clast_lights *lights, const cla
     return sample_distant(lights, shares, normalize3(from_basis(lights->sun, sample_cone(u, lights->sun_height))));
 }
 
-clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_light_shares *shares, vec3 position, float choice, vec2 u)
+clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_light_shares *shares, vec3 position,
+                                       float choice, vec2 u)
 {
     if (choice < shares->surroundings) {
         float density;
@@ -418,8 +426,8 @@ clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_l
     return (clast_light_sample){.density = 0.0f};
 }
 
-float clast_emitter_density(const clast_lights *lights, const clast_light_shares *shares, uint32_t frame_instance, uint32_t primitive,
-                            float distance, float cosine)
+float clast_emitter_density(const clast_lights *lights, const clast_light_shares *shares, uint32_t frame_instance,
+                            uint32_t primitive, float distance, float cosine)
 {
     if (!(shares->emitters > 0.0f)) {
         return 0.0f;

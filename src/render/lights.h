@@ -32,12 +32,12 @@ typedef struct clast_light_shares {
 
 // Where light may come from.
 typedef struct clast_light_sample {
-    vec3 direction;  // towards the light, unit length
-    vec3 target;     // of a light that is somewhere: where the ray ends
+    vec3 direction; // towards the light, unit length
+    vec3 target;    // of a light that is somewhere: where the ray ends
     bool is_distant;
-    bool is_point;   // cannot be found by following a direction: gets all of the weight
-    vec3 radiance;   // is_point: irradiance
-    float density;   // by solid angle, the choice of the light included; is_point: of the choice alone; 0: no light
+    bool is_point; // cannot be found by following a direction: gets all of the weight
+    vec3 radiance; // is_point: irradiance
+    float density; // by solid angle, the choice of the light included; is_point: of the choice alone; 0: no light
 } clast_light_sample;
 
 typedef struct clast_lights {
@@ -45,15 +45,15 @@ typedef struct clast_lights {
     const clast_srgb_table *table;
     clast_environment environment;
     bool has_surroundings;
-    vec3 factor;           // of the surroundings' radiance
+    vec3 factor;              // of the surroundings' radiance
     const clast_image *image; // null where there is none
     clast_sky sky;
     clast_surroundings surroundings;
     bool has_sun;
-    clast_basis sun;       // z towards its middle
-    float sun_height;      // 1 - cosine of its angular radius
+    clast_basis sun;  // z towards its middle
+    float sun_height; // 1 - cosine of its angular radius
     vec3 sun_irradiance;
-    float sun_density;     // of directions, by solid angle
+    float sun_density; // of directions, by solid angle
     clast_choice_table punctual;
     clast_choice_table emitters;
     uint32_t *first_emitter; // by frame instance, one more at the end
@@ -73,11 +73,12 @@ clast_light_shares clast_lights_share(const clast_lights *lights, vec3 position,
 // A point of the sun; of density 0 where its share is none.
 clast_light_sample clast_lights_sample_sun(const clast_lights *lights, const clast_light_shares *shares, vec2 u);
 // Chooses one of the other lights by `choice` in [0, 1) and a point of it by `u`.
-clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_light_shares *shares, vec3 position, float choice, vec2 u);
+clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_light_shares *shares, vec3 position,
+                                       float choice, vec2 u);
 // The density with which these find a direction that hits nothing, or an emissive triangle.
 float clast_distant_density(const clast_lights *lights, const clast_light_shares *shares, vec3 direction);
-float clast_emitter_density(const clast_lights *lights, const clast_light_shares *shares, uint32_t frame_instance, uint32_t primitive,
-                            float distance, float cosine);
+float clast_emitter_density(const clast_lights *lights, const clast_light_shares *shares, uint32_t frame_instance,
+                            uint32_t primitive, float distance, float cosine);
 
 // choice.c: from weights in sums[1 .. count]; sums[0] is ignored. All weights zero: an even choice, total 0.
 float clast_sums_make(float *sums, uint32_t count);

@@ -7,7 +7,8 @@
 #define CPU_PASS(pass, function) [pass] = function,
 const clast_backend clast_cpu_backend = {
     .name = "cpu",
-    .passes = {CLAST_FRAME_CPU_PASSES(CPU_PASS) CPU_PASS(CLAST_PASS_TRACE, clast_cpu_trace) CPU_PASS(CLAST_PASS_SHADE, clast_cpu_shade)},
+    .passes = {CLAST_FRAME_CPU_PASSES(CPU_PASS) CPU_PASS(CLAST_PASS_TRACE, clast_cpu_trace)
+                   CPU_PASS(CLAST_PASS_SHADE, clast_cpu_shade)},
 };
 
 typedef struct band_job {
@@ -24,7 +25,8 @@ static void band_tiles(void *data, size_t begin, size_t end, uint32_t worker)
     uint32_t across = (target->width + CLAST_TILE_WIDTH - 1) / CLAST_TILE_WIDTH;
     for (size_t i = begin; i < end; i++) {
         uint32_t x = (uint32_t)(i % across) * CLAST_TILE_WIDTH, y = (uint32_t)(i / across) * CLAST_TILE_HEIGHT;
-        clast_tile tile = {x, job->first_row + y, min_uint(CLAST_TILE_WIDTH, target->width - x), min_uint(CLAST_TILE_HEIGHT, job->rows - y)};
+        clast_tile tile = {x, job->first_row + y, min_uint(CLAST_TILE_WIDTH, target->width - x),
+                           min_uint(CLAST_TILE_HEIGHT, job->rows - y)};
         job->work(job->frame, target, &target->scratch[worker], tile);
     }
 }
@@ -58,7 +60,8 @@ static void trace_tile(const clast_frame *frame, clast_render_target *target, cl
         target->visibility[pixel] = seen;
         if (target->sample == 0 && target->sums[CLAST_VIEW_DEPTH] != NULL) {
             bool hit = seen.instance != CLAST_NONE;
-            target->sums[CLAST_VIEW_DEPTH][pixel] = hit ? camera_depth(frame->settings.camera, rays[i], seen.distance) : INFINITY;
+            target->sums[CLAST_VIEW_DEPTH][pixel] = hit ? camera_depth(frame->settings.camera, rays[i], seen.distance)
+                                                        : INFINITY;
         }
     }
 }

@@ -7,6 +7,8 @@
 #include "base/thread.h"
 #include "shared/brdf.h"
 
+enum { SURFACES = 16 }; // that are found before the first of them is shaded
+
 // Which points of the sequence a decision at a bounce uses.
 enum { USE_CAMERA, USE_LIGHT, USE_SUN, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USES };
 
@@ -30,7 +32,8 @@ clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_
         vec2 u = next_square(target, pixel_seed(target, x, y), 0, USE_CAMERA);
         offset = vec2(camera_offset(u[0]), camera_offset(u[1]));
     }
-    return camera_ray(frame->settings.camera, ((float)x + offset[0]) / (float)target->width, ((float)y + offset[1]) / (float)target->height);
+    return camera_ray(frame->settings.camera, ((float)x + offset[0]) / (float)target->width,
+                      ((float)y + offset[1]) / (float)target->height);
 }
 
 clast_ray clast_ray_of(clast_camera_ray from)
@@ -53,7 +56,7 @@ typedef struct interaction {
     clast_shading_point point;
     clast_basis frame; // around the shading normal
     clast_brdf brdf;
-    vec3 view;         // in the frame
+    vec3 view; // in the frame
 } interaction;
 
 static interaction interact(const clast_path *path, const clast_shading_point *point)
@@ -80,7 +83,8 @@ static clast_brdf_answer scatter(const interaction *at, vec3 light)
 }
 
 // The shadow ray to a light, and what it brings where nothing is in between. False where it brings nothing.
-static bool connect_light(const clast_path *path, const interaction *at, const clast_light_sample *light, clast_ray *ray, vec3 *radiance)
+static bool connect_light(const clast_path *path, const interaction *at, const clast_light_sample *light,
+                          clast_ray *ray, vec3 *radiance)
 {
     if (!(light->density > 0.0f) || !(largest3(light->radiance) > 0.0f)) {
         return false;
@@ -101,7 +105,8 @@ static bool connect_light(const clast_path *path, const interaction *at, const c
 }
 
 // Chooses where the path goes on; false where it ends.
-static bool sample_direction(const clast_render_target *target, clast_path *path, const interaction *at, uint32_t bounce)
+static bool sample_direction(const clast_render_target *target, clast_path *path, const interaction *at,
+                             uint32_t bounce)
 {
     vec2 u = next_square(target, path->seed, bounce, USE_DIRECTION);
     float lobe = next_square(target, path->seed, bounce, USE_CHOICE)[1];
@@ -185,11 +190,14 @@ static void add_surface_views(clast_render_target *target, uint32_t pixel, const
 static void add_distant_light(const tile_job *job, clast_path *path, uint32_t bounce)
 {
     const clast_lights *lights = job->target->lights;
-    float weight = bounce == 0 ? 1.0f : mis_weight(path->density, clast_distant_density(lights, &path->shares, path->direction));
+    float weight = bounce == 0
+                       ? 1.0f
+                       : mis_weight(path->density, clast_distant_density(lights, &path->shares, path->direction));
     path->radiance = path->radiance + path->throughput * clast_distant_radiance(lights, path->direction) * weight;
 }
 
-static void add_emission(const tile_job *job, clast_path *path, const clast_visibility *seen, const clast_shading_point *point, uint32_t bounce)
+static void add_emission(const tile_job *job, clast_path *path, const clast_visibility *seen,
+                         const clast_shading_point *point, uint32_t bounce)
 {
     if (!(largest3(point->emission) > 0.0f)) {
         return;
@@ -197,7 +205,8 @@ static void add_emission(const tile_job *job, clast_path *path, const clast_visi
     float weight = 1.0f;
     if (bounce != 0) {
         float cosine = dot3(point->geometric_normal, path->direction);
-        float other = clast_emitter_density(job->target->lights, &path->shares, point->frame_instance, point->primitive, seen->distance, cosine);
+        float other = clast_emitter_density(job->target->lights, &path->shares, point->frame_instance, point->primitive,
+                                            seen->distance, cosine);
         weight = mis_weight(path->density, other);
     }
     path->radiance = path->radiance + path->throughput * point->emission * weight;
@@ -223,7 +232,8 @@ static void sample_lights(tile_job *job, uint32_t from, const interaction *at, u
     clast_light_sample light = clast_lights_sample(target->lights, &path->shares, at->point.position, choice, u);
     add_shadow(job, from, at, &light);
     if (path->shares.sun > 0.0f) {
-        light = clast_lights_sample_sun(target->lights, &path->shares, next_square(target, path->seed, bounce, USE_SUN));
+        light = clast_lights_sample_sun(target->lights, &path->shares,
+                                        next_square(target, path->seed, bounce, USE_SUN));
         add_shadow(job, from, at, &light);
     }
 }
@@ -244,7 +254,7 @@ static bool scatter_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bou
 }
 
 // Takes path `from` a step on from what its ray saw; where it goes on, ray `to` is its next.
-static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce)
+static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce, clast_found_surface *found)
 {
     clast_render_target *target = job->target;
     clast_path *path = &job->scratch->paths[from];
@@ -256,15 +266,16 @@ static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce
         }
         return false;
     }
-    clast_shading_point point = clast_shading_point_at(job->frame, &target->srgb, seen, path->direction * -1.0f);
+    clast_shade_surface(job->frame, &target->srgb, path->direction * -1.0f, found);
+    const clast_shading_point *point = &found->point;
     if (bounce == 0) {
-        add_surface_views(target, path->pixel, &point);
+        add_surface_views(target, path->pixel, point);
     }
     if (!has_colour) {
         return false;
     }
-    add_emission(job, path, seen, &point, bounce);
-    return bounce < target->settings.bounces && scatter_path(job, from, to, bounce, &point);
+    add_emission(job, path, seen, point, bounce);
+    return bounce < target->settings.bounces && scatter_path(job, from, to, bounce, point);
 }
 
 static void trace_shadows(tile_job *job)
@@ -305,9 +316,18 @@ static void step_paths(tile_job *job, uint32_t bounce)
     bool goes_on[CLAST_TILE_PIXELS];
     uint32_t count = 0;
     job->shadow_count = 0;
-    for (uint32_t i = 0; i < job->path_count; i++) {
-        goes_on[i] = step_path(job, i, count, bounce);
-        count += goes_on[i];
+    for (uint32_t first = 0; first < job->path_count; first += SURFACES) {
+        uint32_t end = min_uint(first + SURFACES, job->path_count);
+        clast_found_surface found[SURFACES];
+        for (uint32_t i = first; i < end; i++) {
+            if (scratch->seen[i].instance != CLAST_NONE) {
+                found[i - first] = clast_find_surface(job->frame, &scratch->seen[i]);
+            }
+        }
+        for (uint32_t i = first; i < end; i++) {
+            goes_on[i] = step_path(job, i, count, bounce, &found[i - first]);
+            count += goes_on[i];
+        }
     }
     trace_shadows(job);
     clast_hit_filter filter = {clast_alpha_accepts_by_chance, (void *)job->frame};

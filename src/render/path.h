@@ -9,17 +9,21 @@
 #include "render/surface.h"
 #include "shared/camera.h"
 
-enum { CLAST_TILE_WIDTH = 32, CLAST_TILE_HEIGHT = 16, CLAST_TILE_PIXELS = CLAST_TILE_WIDTH * CLAST_TILE_HEIGHT,
-       CLAST_TILE_SHADOWS = 2 * CLAST_TILE_PIXELS }; // one for the sun, one for another light
+enum {
+    CLAST_TILE_WIDTH = 32,
+    CLAST_TILE_HEIGHT = 16,
+    CLAST_TILE_PIXELS = CLAST_TILE_WIDTH * CLAST_TILE_HEIGHT,
+    CLAST_TILE_SHADOWS = 2 * CLAST_TILE_PIXELS
+}; // one for the sun, one for another light
 
 // One light path.
 typedef struct clast_path {
     vec3 throughput;
-    vec3 radiance;              // found so far
-    vec3 direction;             // of the ray under way, unit length
-    clast_light_shares shares;  // of the point where it began
-    float density;              // with which it was chosen, by solid angle
-    float alpha_floor;          // least width of the lobes to come
+    vec3 radiance;             // found so far
+    vec3 direction;            // of the ray under way, unit length
+    clast_light_shares shares; // of the point where it began
+    float density;             // with which it was chosen, by solid angle
+    float alpha_floor;         // least width of the lobes to come
     uint32_t pixel;
     uint32_t seed;
 } clast_path;

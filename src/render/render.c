@@ -90,7 +90,8 @@ static void finish(clast_frame *frame, clast_render_target *target, clast_render
     }
     uint64_t rejected = atomic_load(&target->rejected);
     if (rejected != 0) {
-        clast_log(frame->context, CLAST_LOG_WARNING, "%llu samples were not finite and count as black", (unsigned long long)rejected);
+        clast_log(frame->context, CLAST_LOG_WARNING, "%llu samples were not finite and count as black",
+                  (unsigned long long)rejected);
     }
     statistics->samples = target->sample_count;
     statistics->primary_rays = target->primary_rays;

@@ -13,19 +13,20 @@ struct clast_scratch; // path.h: paths of a tile
 typedef struct clast_render_target {
     clast_render_settings settings; // resolved
     uint32_t width, height;
-    uint32_t sample;                // being traced
-    uint32_t sample_count;          // done
-    uint32_t band_rows;             // rows that are worked on between two reports of progress
-    uint32_t shaded_rows;           // of the sample under way
-    clast_visibility *visibility;   // width * height, of the sample under way
-    float *sums[CLAST_VIEW_COUNT_]; // of float views that were asked for, channels of CLAST_VIEW_LIST; depth and uv: first sample
+    uint32_t sample;              // being traced
+    uint32_t sample_count;        // done
+    uint32_t band_rows;           // rows that are worked on between two reports of progress
+    uint32_t shaded_rows;         // of the sample under way
+    clast_visibility *visibility; // width * height, of the sample under way
+    float *sums
+        [CLAST_VIEW_COUNT_]; // of float views that were asked for, channels of CLAST_VIEW_LIST; depth and uv: first sample
     uint32_t *firsts[CLAST_VIEW_COUNT_]; // integer views: from the first sample, whose rays go through pixel centres
     clast_srgb_table srgb;
     struct clast_lights *lights;
-    struct clast_scratch *scratch;  // by worker
+    struct clast_scratch *scratch; // by worker
     uint64_t primary_rays;
     atomic_uint_fast64_t rays;
-    atomic_uint_fast64_t rejected;  // samples that were not finite, and count as black
+    atomic_uint_fast64_t rejected; // samples that were not finite, and count as black
 } clast_render_target;
 
 // The CPU backend, whole.

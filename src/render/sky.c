@@ -8,8 +8,14 @@
 #include "shared/light.h"
 
 enum {
-    DEPTH_WIDTH = 128, DEPTH_HEIGHT = 32, DEPTH_STEPS = 40,                              // by direction and height
-    AGAIN_WIDTH = 32, AGAIN_HEIGHT = 12, AGAIN_STEPS = 20, AGAIN_ROWS = 8, AGAIN_COLUMNS = 8, // by the sun and height
+    DEPTH_WIDTH = 128,
+    DEPTH_HEIGHT = 32,
+    DEPTH_STEPS = 40, // by direction and height
+    AGAIN_WIDTH = 32,
+    AGAIN_HEIGHT = 12,
+    AGAIN_STEPS = 20,
+    AGAIN_ROWS = 8,
+    AGAIN_COLUMNS = 8, // by the sun and height
     VIEW_STEPS = 48,
 };
 
@@ -52,7 +58,8 @@ static vec3 passed_light(const sky_job *job, float radius, float cosine)
     float whole = horizon_distance(SKY_TOP), here = horizon_distance(radius);
     float least = SKY_TOP - radius, most = here + whole;
     float distance = sky_distance(radius, cosine, SKY_TOP, true);
-    return look_up(job->passed, DEPTH_WIDTH, DEPTH_HEIGHT, rough_divide(distance - least, most - least), rough_divide(here, whole));
+    return look_up(job->passed, DEPTH_WIDTH, DEPTH_HEIGHT, rough_divide(distance - least, most - least),
+                   rough_divide(here, whole));
 }
 
 static vec3 depth_along(float radius, float cosine, float length, float turbidity)
@@ -78,7 +85,9 @@ static void passed_rows(void *data, size_t begin, size_t end, uint32_t worker)
         float least = SKY_TOP - radius, most = here + whole;
         for (uint32_t column = 0; column < DEPTH_WIDTH; column++) {
             float distance = least + (most - least) * (float)column / (DEPTH_WIDTH - 1);
-            float cosine = distance > 0.0f ? (whole * whole - here * here - distance * distance) / (2.0f * radius * distance) : 1.0f;
+            float cosine = distance > 0.0f
+                               ? (whole * whole - here * here - distance * distance) / (2.0f * radius * distance)
+                               : 1.0f;
             vec3 depth = depth_along(radius, clamp1(cosine, -1.0f, 1.0f), distance, job->turbidity);
             job->passed[row * DEPTH_WIDTH + column] = store3(exponential(depth));
         }
@@ -88,7 +97,7 @@ static void passed_rows(void *data, size_t begin, size_t end, uint32_t worker)
 // Of a sun of 1, at a point: nothing where the ground is in between.
 static vec3 sun_light(const sky_job *job, float radius, float cosine)
 {
-    float dip = rough_divide(horizon_distance(radius), radius); // of the horizon, as a cosine below zero
+    float dip = rough_divide(horizon_distance(radius), radius);     // of the horizon, as a cosine below zero
     float lit = clamp1((cosine + dip) * 100.0f + 0.5f, 0.0f, 1.0f); // the sun is no point
     return lit > 0.0f ? passed_light(job, radius, max1(cosine, -dip)) * lit : splat3(0.0f);
 }
@@ -102,7 +111,8 @@ typedef struct sky_path {
 } sky_path;
 
 // From `radius` above the centre; `again` null leaves out what is scattered more than once. `phases`: false scatters evenly.
-static sky_path follow(const sky_job *job, float radius, vec3 direction, vec3 sun, uint32_t steps, bool phases, bool with_again)
+static sky_path follow(const sky_job *job, float radius, vec3 direction, vec3 sun, uint32_t steps, bool phases,
+                       bool with_again)
 {
     float ground = sky_distance(radius, direction[1], SKY_GROUND, false);
     float length = ground > 0.0f && direction[1] < 0.0f ? ground : sky_distance(radius, direction[1], SKY_TOP, true);
@@ -122,7 +132,8 @@ static sky_path follow(const sky_job *job, float radius, vec3 direction, vec3 su
         vec3 source = (load3(air.air) * air_phase + load3(air.haze) * haze_phase) * light;
         if (with_again) {
             float height = rough_divide(here - SKY_GROUND, SKY_TOP - SKY_GROUND);
-            source = source + all * look_up(job->again, AGAIN_WIDTH, AGAIN_HEIGHT, 0.5f + 0.5f * sun_cosine, rough_sqrt(max1(height, 0.0f)));
+            source = source + all * look_up(job->again, AGAIN_WIDTH, AGAIN_HEIGHT, 0.5f + 0.5f * sun_cosine,
+                                            rough_sqrt(max1(height, 0.0f)));
         }
         // The integral over a step of even air is known.
         vec3 extinction = load3(air.extinction);
@@ -183,7 +194,8 @@ static void again_rows(void *data, size_t begin, size_t end, uint32_t worker)
 
 static vec3 texel_direction(uint32_t row, uint32_t column)
 {
-    return surroundings_direction(vec2(((float)column + 0.5f) / CLAST_SKY_WIDTH, ((float)row + 0.5f) / CLAST_SKY_HEIGHT), 0.0f);
+    return surroundings_direction(
+        vec2(((float)column + 0.5f) / CLAST_SKY_WIDTH, ((float)row + 0.5f) / CLAST_SKY_HEIGHT), 0.0f);
 }
 
 // The sun stands over the middle, so the right half mirrors the left.
@@ -210,7 +222,8 @@ static void sky_rows(void *data, size_t begin, size_t end, uint32_t worker)
         }
         mirror_row(texels);
         for (int c = 0; c < 3; c++) {
-            job->row_sums[3 * row + (size_t)c] = sum[c] * (2.0f * PI * PI / ((float)CLAST_SKY_WIDTH * CLAST_SKY_HEIGHT));
+            job->row_sums[3 * row + (size_t)c] = sum[c] *
+                                                 (2.0f * PI * PI / ((float)CLAST_SKY_WIDTH * CLAST_SKY_HEIGHT));
         }
     }
 }

@@ -6,12 +6,14 @@
 #include "base/context.h"
 #include "shared/sky.h"
 
-enum { CLAST_SKY_WIDTH = 256, CLAST_SKY_HEIGHT = 256 };
+enum { CLAST_SKY_WIDTH = 128, CLAST_SKY_HEIGHT = 256 };
 
 typedef struct clast_sky {
-    packed3 *radiance;   // CLAST_SKY_WIDTH x CLAST_SKY_HEIGHT, laid out as surroundings_place() with `rotation`; without the sun
-    float rotation;      // the sun stands over the middle
-    vec3 sun_irradiance; // at the ground, of a surface that faces the sun; of the whole disc, also where part of it is below the horizon
+    packed3 *
+        radiance; // CLAST_SKY_WIDTH x CLAST_SKY_HEIGHT, laid out as surroundings_place() with `rotation`; without the sun
+    float rotation; // the sun stands over the middle
+    vec3
+        sun_irradiance; // at the ground, of a surface that faces the sun; of the whole disc, also where part of it is below the horizon
 } clast_sky;
 
 // `sun` is the unit vector towards the sun's middle.

@@ -66,8 +66,8 @@ vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, fl
 
 // ---------------------------------------------------------------------------------------------------------- surface
 
-static void triangle_corners(const clast_frame *frame, const clast_frame_unit *unit, const clast_cluster_record *record, uint32_t triangle,
-                             vec3 corners[3])
+static void triangle_corners(const clast_frame *frame, const clast_frame_unit *unit, const clast_cluster_record *record,
+                             uint32_t triangle, vec3 corners[3])
 {
     const packed3 *vertices = clast_source_of(unit->unit)->resident(unit->unit, record);
     if (vertices == NULL) {
@@ -92,7 +92,8 @@ static void place_point(const clast_frame *frame, const clast_frame_unit *unit, 
     vec3 object = corner[0] + first * weights[0] + second * weights[1];
     vec3 largest = max3(max3(absolute3(corner[0]), absolute3(corner[1])), absolute3(corner[2]));
     point->position = transform_point(instance->to_world, object);
-    vec3 error = clast_position_error(instance, largest, largest3(max3(absolute3(first), absolute3(second))), point->position);
+    vec3 error = clast_position_error(instance, largest, largest3(max3(absolute3(first), absolute3(second))),
+                                      point->position);
     point->offset = 2.0f * dot3(absolute3(point->geometric_normal), error);
 }
 
@@ -111,15 +112,16 @@ static vec3 map_normal(const clast_scene *scene, const clast_material *material,
     // A mirrored instance turns the cross product around.
     float sign = transform_determinant(instance->to_world) < 0.0f ? -surface->bitangent_sign : surface->bitangent_sign;
     vec3 bitangent = cross3(normal, tangent) * sign;
-    vec4 texel = clast_texture_value(scene, material->normal_texture, surface->coordinates, CLAST_ENCODING_LINEAR, table,
-                                     vec4(0.5f, 0.5f, 1.0f, 1.0f));
+    vec4 texel = clast_texture_value(scene, material->normal_texture, surface->coordinates, CLAST_ENCODING_LINEAR,
+                                     table, vec4(0.5f, 0.5f, 1.0f, 1.0f));
     float x = (2.0f * texel[0] - 1.0f) * material->normal_scale;
     float y = (2.0f * texel[1] - 1.0f) * material->normal_scale;
     return direction_of(tangent * x + bitangent * y + normal * (2.0f * texel[2] - 1.0f), normal);
 }
 
 static void shade_normal(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
-                         const clast_frame_instance *instance, const clast_srgb_table *table, vec3 view, clast_shading_point *point)
+                         const clast_frame_instance *instance, const clast_srgb_table *table, vec3 view,
+                         clast_shading_point *point)
 {
     vec3 normal = direction_of(transform_transposed(instance->to_object, surface->normal), point->geometric_normal);
     vec3 mapped = map_normal(scene, material, surface, instance, table, normal);
@@ -130,7 +132,8 @@ static void shade_normal(const clast_scene *scene, const clast_material *materia
     point->normal = shading_normal_repair(mapped, point->geometric_normal, view);
 }
 
-vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2], const clast_srgb_table *table)
+vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2],
+                    const clast_srgb_table *table)
 {
     vec3 emission = load3(material->emissive);
     if (largest3(emission) > 0.0f && material->emissive_texture.texture != CLAST_NONE) {
@@ -146,14 +149,16 @@ static vec3 clamp_unit3(vec3 v)
     return vec3(clamp1(v[0], 0.0f, 1.0f), clamp1(v[1], 0.0f, 1.0f), clamp1(v[2], 0.0f, 1.0f));
 }
 
-static void shade_material(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
-                           const clast_srgb_table *table, clast_shading_point *point)
+static void shade_material(const clast_scene *scene, const clast_material *material,
+                           const clast_source_surface *surface, const clast_srgb_table *table,
+                           clast_shading_point *point)
 {
     const vec4 one = vec4(1.0f, 1.0f, 1.0f, 1.0f);
     vec4 colour = load4(material->base_colour) * surface->colour;
-    colour = colour * clast_texture_value(scene, material->base_colour_texture, surface->coordinates, CLAST_ENCODING_SRGB, table, one);
-    vec4 rough = clast_texture_value(scene, material->metallic_roughness_texture, surface->coordinates, CLAST_ENCODING_LINEAR, table,
-                                     one);
+    colour = colour * clast_texture_value(scene, material->base_colour_texture, surface->coordinates,
+                                          CLAST_ENCODING_SRGB, table, one);
+    vec4 rough = clast_texture_value(scene, material->metallic_roughness_texture, surface->coordinates,
+                                     CLAST_ENCODING_LINEAR, table, one);
     point->base_colour = clamp_unit3(vec3(colour[0], colour[1], colour[2]));
     point->roughness = clamp1(material->roughness * rough[1], 0.0f, 1.0f);
     point->metallic = clamp1(material->metallic * rough[2], 0.0f, 1.0f);
@@ -166,24 +171,36 @@ static const clast_material *material_of(const clast_scene *scene, uint32_t numb
     return &scene->materials[number < scene->material_count ? number : 0].record;
 }
 
-clast_shading_point clast_shading_point_at(const clast_frame *frame, const clast_srgb_table *table, const clast_visibility *seen, vec3 view)
+clast_found_surface clast_find_surface(const clast_frame *frame, const clast_visibility *seen)
 {
-    clast_shading_point point;
-    point.frame_instance = frame->frame_instance_of[seen->instance];
-    const clast_frame_instance *instance = &frame->instances[point.frame_instance];
+    clast_found_surface found;
+    clast_shading_point *point = &found.point;
+    point->frame_instance = frame->frame_instance_of[seen->instance];
+    const clast_frame_instance *instance = &frame->instances[point->frame_instance];
     const clast_frame_unit *unit = &frame->units[instance->unit];
     const clast_source *source = clast_source_of(unit->unit);
-    vec3 geometric = load3(seen->normal);
-    point.geometric_normal = dot3(geometric, view) < 0.0f ? geometric * -1.0f : geometric;
-    place_point(frame, unit, instance, seen, &point);
-    clast_surface_point on_source =
-        source->locate(unit->unit, &unit->pose, &unit->records[seen->cluster], seen->triangle, load2(seen->barycentrics));
-    clast_source_surface surface = source->evaluate(unit->unit, &unit->pose, on_source);
-    point.primitive = on_source.primitive;
-    const clast_material *material = material_of(frame->scene, surface.material);
-    shade_material(frame->scene, material, &surface, table, &point);
-    shade_normal(frame->scene, material, &surface, instance, table, view, &point);
-    return point;
+    point->geometric_normal = load3(seen->normal);
+    place_point(frame, unit, instance, seen, point);
+    clast_surface_point on_source = source->locate(unit->unit, &unit->pose, &unit->records[seen->cluster],
+                                                   seen->triangle, load2(seen->barycentrics));
+    found.surface = source->evaluate(unit->unit, &unit->pose, on_source);
+    found.material = material_of(frame->scene, found.surface.material);
+    point->primitive = on_source.primitive;
+    clast_texture_prefetch(frame->scene, found.material->base_colour_texture, found.surface.coordinates);
+    clast_texture_prefetch(frame->scene, found.material->metallic_roughness_texture, found.surface.coordinates);
+    clast_texture_prefetch(frame->scene, found.material->normal_texture, found.surface.coordinates);
+    return found;
+}
+
+void clast_shade_surface(const clast_frame *frame, const clast_srgb_table *table, vec3 view, clast_found_surface *found)
+{
+    clast_shading_point *point = &found->point;
+    if (dot3(point->geometric_normal, view) < 0.0f) {
+        point->geometric_normal = point->geometric_normal * -1.0f;
+    }
+    shade_material(frame->scene, found->material, &found->surface, table, point);
+    const clast_frame_instance *instance = &frame->instances[point->frame_instance];
+    shade_normal(frame->scene, found->material, &found->surface, instance, table, view, point);
 }
 
 float clast_hit_alpha(const clast_frame *frame, const clast_hit *hit, const clast_material **material)
@@ -191,8 +208,8 @@ float clast_hit_alpha(const clast_frame *frame, const clast_hit *hit, const clas
     const clast_frame_instance *instance = &frame->instances[frame->frame_instance_of[hit->instance]];
     const clast_frame_unit *unit = &frame->units[instance->unit];
     const clast_source *source = clast_source_of(unit->unit);
-    clast_surface_point point =
-        source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster], hit->triangle, vec2(hit->u, hit->v));
+    clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster], hit->triangle,
+                                               vec2(hit->u, hit->v));
     clast_source_surface surface = source->evaluate(unit->unit, &unit->pose, point);
     *material = material_of(frame->scene, surface.material);
     float alpha = (*material)->base_colour.v[3] * surface.colour[3];

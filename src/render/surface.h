@@ -11,7 +11,7 @@ typedef struct clast_shading_point {
     vec3 position;         // on the triangle that the ray hit, world space
     vec3 geometric_normal; // unit length, on the viewer's side
     vec3 normal;           // to shade with: unit length, normal map applied, repaired; on the viewer's side
-    float offset;          // how far along the geometric normal a ray must begin, so that it cannot hit this surface again
+    float offset; // how far along the geometric normal a ray must begin, so that it cannot hit this surface again
     vec3 base_colour;
     float metallic;
     float roughness;
@@ -24,11 +24,22 @@ typedef struct clast_shading_point {
 // What a ray found, for the visibility buffer.
 clast_visibility clast_visibility_of_hit(const clast_hit *hit);
 
-// `view` is the unit vector towards where the ray came from.
-clast_shading_point clast_shading_point_at(const clast_frame *frame, const clast_srgb_table *table, const clast_visibility *seen, vec3 view);
+// A hit on its way to be shaded. `point` lacks what the material says, and its geometric normal is the front's.
+typedef struct clast_found_surface {
+    clast_shading_point point;
+    clast_source_surface surface;
+    const clast_material *material;
+} clast_found_surface;
+
+// In two steps, so that many surfaces can wait for memory together: the first asks for the texels that the second reads.
+clast_found_surface clast_find_surface(const clast_frame *frame, const clast_visibility *seen);
+// Completes `found->point`. `view` is the unit vector towards where the ray came from.
+void clast_shade_surface(const clast_frame *frame, const clast_srgb_table *table, vec3 view,
+                         clast_found_surface *found);
 
 // The light that a material sends out at texture coordinates.
-vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2], const clast_srgb_table *table);
+vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2],
+                    const clast_srgb_table *table);
 
 // An upper bound of what arithmetic may displace a point of an instance by, on each axis of the world, on the way to world
 // space and back: `largest` bounds the object's coordinates there, `size` the sides of its triangles; `position` is in world

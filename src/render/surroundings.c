@@ -3,8 +3,14 @@
 #include "base/thread.h"
 #include "render/lights.h"
 
-enum { CELLS_WIDTH_MOST = 1024, CELLS_HEIGHT_MOST = 512, EVEN_WIDTH = 8, EVEN_HEIGHT = 4,
-       SKY_CELLS_WIDTH = CLAST_SKY_WIDTH / 2, SKY_CELLS_HEIGHT = CLAST_SKY_HEIGHT / 2 };
+enum {
+    CELLS_WIDTH_MOST = 1024,
+    CELLS_HEIGHT_MOST = 512,
+    EVEN_WIDTH = 8,
+    EVEN_HEIGHT = 4,
+    SKY_CELLS_WIDTH = CLAST_SKY_WIDTH,
+    SKY_CELLS_HEIGHT = CLAST_SKY_HEIGHT / 2
+};
 
 // -------------------------------------------------------------------------------------------------- choice by weight
 
@@ -56,7 +62,8 @@ static vec3 sky_radiance(const clast_sky *sky, vec2 place)
 {
     clast_texel_pair x = linear_texels(place[0], CLAST_WRAP_REPEAT, CLAST_SKY_WIDTH);
     clast_texel_pair y = linear_texels(place[1], CLAST_WRAP_CLAMP, CLAST_SKY_HEIGHT);
-    const packed3 *upper = sky->radiance + (size_t)y.first * CLAST_SKY_WIDTH, *lower = sky->radiance + (size_t)y.second * CLAST_SKY_WIDTH;
+    const packed3 *upper = sky->radiance + (size_t)y.first * CLAST_SKY_WIDTH,
+                  *lower = sky->radiance + (size_t)y.second * CLAST_SKY_WIDTH;
     return mix3(mix3(load3(upper[x.first]), load3(upper[x.second]), x.weight),
                 mix3(load3(lower[x.first]), load3(lower[x.second]), x.weight), y.weight);
 }
@@ -88,10 +95,16 @@ typedef struct cell_job {
 // The mean of the picture's texels whose centres lie in the cell; there is one at least.
 static float cell_luminance(const clast_lights *lights, const clast_surroundings *cells, uint32_t row, uint32_t column)
 {
-    uint32_t width = lights->image != NULL ? lights->image->width : lights->sky.radiance != NULL ? CLAST_SKY_WIDTH : cells->width;
-    uint32_t height = lights->image != NULL ? lights->image->height : lights->sky.radiance != NULL ? CLAST_SKY_HEIGHT : cells->height;
-    uint32_t left = (uint32_t)((uint64_t)column * width / cells->width), right = (uint32_t)((uint64_t)(column + 1) * width / cells->width);
-    uint32_t top = (uint32_t)((uint64_t)row * height / cells->height), bottom = (uint32_t)((uint64_t)(row + 1) * height / cells->height);
+    uint32_t width = lights->image != NULL          ? lights->image->width
+                     : lights->sky.radiance != NULL ? CLAST_SKY_WIDTH
+                                                    : cells->width;
+    uint32_t height = lights->image != NULL          ? lights->image->height
+                      : lights->sky.radiance != NULL ? CLAST_SKY_HEIGHT
+                                                     : cells->height;
+    uint32_t left = (uint32_t)((uint64_t)column * width / cells->width),
+             right = (uint32_t)((uint64_t)(column + 1) * width / cells->width);
+    uint32_t top = (uint32_t)((uint64_t)row * height / cells->height),
+             bottom = (uint32_t)((uint64_t)(row + 1) * height / cells->height);
     double sum = 0.0;
     for (uint32_t y = top; y < bottom; y++) {
         for (uint32_t x = left; x < right; x++) {
@@ -180,7 +193,8 @@ vec3 clast_surroundings_sample(const clast_surroundings *cells, vec2 u, float *d
     uint32_t row = clast_sums_find(cells->row_sums, cells->height, u[1], &down);
     uint32_t column = clast_sums_find(cells->cell_sums + (size_t)row * (cells->width + 1), cells->width, u[0], &across);
     *density = cell_density(cells, row, column);
-    float top = rough_cos(PI * (float)row / (float)cells->height), bottom = rough_cos(PI * (float)(row + 1) / (float)cells->height);
+    float top = rough_cos(PI * (float)row / (float)cells->height),
+          bottom = rough_cos(PI * (float)(row + 1) / (float)cells->height);
     float y = clamp1(mix1(top, bottom, down), -1.0f, 1.0f);
     float azimuth = (((float)column + across) / (float)cells->width - 0.5f) * (2.0f * PI) - cells->rotation;
     float level = rough_sqrt(max1(1.0f - y * y, 0.0f));

@@ -51,11 +51,13 @@ static vec4 texel_float(const clast_image *image, size_t place)
 #undef VALUE
 }
 
-vec4 clast_image_texel(const clast_image *image, uint32_t x, uint32_t y, clast_encoding encoding, const clast_srgb_table *table)
+vec4 clast_image_texel(const clast_image *image, uint32_t x, uint32_t y, clast_encoding encoding,
+                       const clast_srgb_table *table)
 {
     size_t place = (size_t)y * image->width + x;
     switch (image->type) {
-    case CLAST_PIXEL_UNORM8: return texel8(image, place, encoding == CLAST_ENCODING_SRGB ? table->linear : table->plain, table->plain);
+    case CLAST_PIXEL_UNORM8:
+        return texel8(image, place, encoding == CLAST_ENCODING_SRGB ? table->linear : table->plain, table->plain);
     case CLAST_PIXEL_UNORM16: return texel16(image, place, encoding);
     default: return texel_float(image, place);
     }
@@ -72,8 +74,10 @@ vec4 clast_image_blend(const clast_image *image, clast_texel_pair x, clast_texel
     if (image->type == CLAST_PIXEL_UNORM8) { // nearly all textures: one decision for four texels
         const float *colours = encoding == CLAST_ENCODING_SRGB ? table->linear : table->plain;
         size_t upper = (size_t)y.first * image->width, lower = (size_t)y.second * image->width;
-        vec4 a = texel8(image, upper + x.first, colours, table->plain), b = texel8(image, upper + x.second, colours, table->plain);
-        vec4 c = texel8(image, lower + x.first, colours, table->plain), d = texel8(image, lower + x.second, colours, table->plain);
+        vec4 a = texel8(image, upper + x.first, colours, table->plain),
+             b = texel8(image, upper + x.second, colours, table->plain);
+        vec4 c = texel8(image, lower + x.first, colours, table->plain),
+             d = texel8(image, lower + x.second, colours, table->plain);
         return mix4(mix4(a, b, x.weight), mix4(c, d, x.weight), y.weight);
     }
     vec4 upper = mix4(clast_image_texel(image, x.first, y.first, encoding, table),
@@ -98,8 +102,8 @@ static const clast_texture *find_texture(const clast_scene *scene, clast_texture
     return (*image)->width != 0 && (*image)->height != 0 ? texture : NULL;
 }
 
-vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const vec2 coordinates[2], clast_encoding encoding,
-                         const clast_srgb_table *table, vec4 otherwise)
+vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const vec2 coordinates[2],
+                         clast_encoding encoding, const clast_srgb_table *table, vec4 otherwise)
 {
     const clast_image *image;
     const clast_texture *texture = find_texture(scene, use, &image);
@@ -114,6 +118,28 @@ vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const 
     clast_texel_pair x = linear_texels(place[0], texture->wrap_u, image->width);
     clast_texel_pair y = linear_texels(place[1], texture->wrap_v, image->height);
     return clast_image_blend(image, x, y, encoding, table);
+}
+
+static size_t texel_bytes(const clast_image *image)
+{
+    size_t element = image->type == CLAST_PIXEL_UNORM8 ? 1 : image->type == CLAST_PIXEL_UNORM16 ? 2 : 4;
+    return element * image->channels;
+}
+
+void clast_texture_prefetch(const clast_scene *scene, clast_texture_use use, const vec2 coordinates[2])
+{
+    const clast_image *image;
+    const clast_texture *texture = find_texture(scene, use, &image);
+    if (texture == NULL) {
+        return;
+    }
+    vec2 place = transform_coordinates(use, coordinates[use.coordinate_set & 1]);
+    clast_texel_pair x = linear_texels(place[0], texture->wrap_u, image->width);
+    clast_texel_pair y = linear_texels(place[1], texture->wrap_v, image->height);
+    const char *pixels = image->pixels;
+    size_t bytes = texel_bytes(image);
+    __builtin_prefetch(pixels + ((size_t)y.first * image->width + x.first) * bytes);
+    __builtin_prefetch(pixels + ((size_t)y.second * image->width + x.first) * bytes);
 }
 
 static float texel_alpha(const clast_image *image, uint32_t x, uint32_t y)

@@ -10,8 +10,8 @@ LIMIT(GGX_SIDE, 16u, "rows and columns of GGX_LOSS and GGX_RIM")
 TABLE float DIELECTRIC_F0 = 0.04f;
 TABLE float ALPHA_LEAST = 1e-3f; // narrower lobes than the sun's disc look no different, and cost precision
 
-// What single scattering loses of white light under GGX without Fresnel: rows by roughness (square root of alpha), columns by
-// the square root of the cosine, both from 0 to 1. The means weigh by cosine.
+// What single scattering loses of white light under GGX without Fresnel: rows by roughness (square root of alpha),
+// columns by the square root of the cosine, both from 0 to 1. The means weigh by cosine.
 TABLE float GGX_LOSS[256] = {
     0.0204f, 0.0295f, 0.0018f, 0.0004f, 0.0000f, 0.0000f, 0.0000f, 0.0000f,
     0.0000f, 0.0000f, 0.0000f, 0.0000f, 0.0000f, 0.0000f, 0.0000f, 0.0000f,
@@ -97,7 +97,7 @@ RECORD(clast_brdf)
 {
     packed3 diffuse;         // c_diff, times what the layer above lets through on the viewer's side
     packed3 specular;        // f0
-    packed3 multiple;        // of the light that single scattering loses: the share that comes out in the end, over the mean loss
+    packed3 multiple;        // share of what single scattering loses that comes out in the end, over the mean loss
     float alpha;             // roughness squared
     float roughness;
     float loss;              // of single scattering, seen from the viewer
@@ -138,7 +138,10 @@ FN vec2 ggx_mean_albedo(float roughness)
 }
 
 // What a specular layer of reflectance f0 does not reflect.
-FN float passed_below(float f0, vec2 albedo) { return 1.0f - albedo[1] - f0 * max1(1.0f - albedo[0] - albedo[1], 0.0f); }
+FN float passed_below(float f0, vec2 albedo)
+{
+    return 1.0f - albedo[1] - f0 * max1(1.0f - albedo[0] - albedo[1], 0.0f);
+}
 
 FN float fifth_power(float x)
 {
@@ -152,7 +155,8 @@ FN vec3 fresnel_schlick(vec3 f0, float cosine)
     return f0 + (splat3(1.0f) - f0) * rise;
 }
 
-// A surface seen under a cosine. `alpha_floor` widens the lobe: a path's later surfaces need not be sharper than its first.
+// A surface seen under a cosine. `alpha_floor` widens the lobe: a path's later surfaces need not be sharper than its
+// first.
 FN clast_brdf brdf_make(vec3 base_colour, float metallic, float roughness, float alpha_floor, float cosine)
 {
     clast_brdf brdf;
@@ -163,17 +167,19 @@ FN clast_brdf brdf_make(vec3 base_colour, float metallic, float roughness, float
     vec2 seen = ggx_albedo(brdf.roughness, cosine);
     vec2 mean = ggx_mean_albedo(brdf.roughness);
     brdf.loss = seen[0];
-    // Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017: what is scattered again leaves diffusely, and
-    // meets the mean Fresnel reflectance at each bounce.
+    // Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017: what is scattered again leaves
+    // diffusely, and meets the mean Fresnel reflectance at each bounce.
     vec3 again = f0 * 0.952380952f + splat3(0.0476190476f);
     vec3 rest = splat3(1.0f) - again * mean[0];
     vec3 gain = again * again * (1.0f - mean[0]);
     float scale = mean[0] > 1e-4f ? rough_divide(1.0f, mean[0]) : 0.0f;
-    brdf.multiple = store3(vec3(rough_divide(gain[0], rest[0]), rough_divide(gain[1], rest[1]), rough_divide(gain[2], rest[2])) * scale);
+    gain = vec3(rough_divide(gain[0], rest[0]), rough_divide(gain[1], rest[1]), rough_divide(gain[2], rest[2]));
+    brdf.multiple = store3(gain * scale);
     brdf.specular = store3(f0);
-    // glTF weighs the diffuse part by 1 - F of the half vector, which gives more than all light back at grazing angles. Kelemen
-    // and Szirmay-Kalos, A Microfacet Based Coupled Specular-Matte BRDF Model, 2001, let through what the layer does not reflect.
-    // The layer over the diffuse part is the dielectric's, also where metal is mixed in: glTF mixes whole surfaces.
+    // glTF weighs the diffuse part by 1 - F of the half vector, which gives more than all light back at grazing angles.
+    // Kelemen and Szirmay-Kalos, A Microfacet Based Coupled Specular-Matte BRDF Model, 2001, let through what the layer
+    // does not reflect. The layer over the diffuse part is the dielectric's, also where metal is mixed in: glTF mixes
+    // whole surfaces.
     float passed = passed_below(DIELECTRIC_F0, seen);
     brdf.diffuse = store3(diffuse * rough_divide(passed, passed_below(DIELECTRIC_F0, mean)));
     float specular = seen[1] + luminance(f0) * max1(1.0f - seen[0] - seen[1], 0.0f);
@@ -214,7 +220,8 @@ FN clast_brdf_answer brdf_evaluate(clast_brdf brdf, vec3 view, vec3 light)
         // Height-correlated Smith (Heitz, Understanding the Masking-Shadowing Function, JCGT 3(2), 2014) over 4 NV NL.
         float visibility = rough_divide(0.5f, max1(light[2] * view_root + view[2] * light_root, 1e-20f));
         vec2 lit = ggx_albedo(brdf.roughness, light[2]);
-        vec3 diffuse = load3(brdf.diffuse) * passed_below(DIELECTRIC_F0, lit) + load3(brdf.multiple) * (brdf.loss * lit[0]);
+        vec3 diffuse = load3(brdf.diffuse) * passed_below(DIELECTRIC_F0, lit);
+        diffuse = diffuse + load3(brdf.multiple) * (brdf.loss * lit[0]);
         vec3 sum = diffuse * INVERSE_PI + fresnel * (distribution * visibility);
         answer.value = store3(sum * light[2]);
         float lobe = rough_divide(0.5f * distribution, view[2] + view_root); // G1 D / (4 NV)
@@ -223,8 +230,8 @@ FN clast_brdf_answer brdf_evaluate(clast_brdf brdf, vec3 view, vec3 light)
     return answer;
 }
 
-// A microfacet normal that the view sees, by density G1 D VH / NV: Heitz, Sampling the GGX Distribution of Visible Normals,
-// JCGT 7(4), 2018, in the form of Dupuy and Benyoub, Sampling Visible GGX Normals with Spherical Caps, 2023.
+// A microfacet normal that the view sees, by density G1 D VH / NV: Heitz, Sampling the GGX Distribution of Visible
+// Normals, JCGT 7(4), 2018, in the form of Dupuy and Benyoub, Sampling Visible GGX Normals with Spherical Caps, 2023.
 FN vec3 ggx_visible_normal(float alpha, vec3 view, vec2 u)
 {
     vec3 standard = normalize3(vec3(view[0] * alpha, view[1] * alpha, view[2]));
@@ -248,9 +255,9 @@ FN vec3 brdf_direction(clast_brdf brdf, vec3 view, vec2 u, float lobe)
     return direction;
 }
 
-// Pulls a shading normal up until the view is on its side and a mirror's reflection does not enter the geometry, so that no
-// normal map makes black edges (Keller et al., The Iray Light Transport Simulation and Rendering System, 2017, A.3). Both normals
-// have unit length; the geometric one faces the view.
+// Pulls a shading normal up until the view is on its side and a mirror's reflection does not enter the geometry, so
+// that no normal map makes black edges (Keller et al., The Iray Light Transport Simulation and Rendering System, 2017,
+// A.3). Both normals have unit length; the geometric one faces the view.
 FN vec3 shading_normal_repair(vec3 normal, vec3 geometric, vec3 view)
 {
     vec3 reflected = normal * (2.0f * dot3(normal, view)) - view;
@@ -265,8 +272,8 @@ FN vec3 shading_normal_repair(vec3 normal, vec3 geometric, vec3 view)
     return repaired;
 }
 
-// Fades light out where the shading normal still faces it and the geometry no longer does: Chiang, Li and Burley, Taming the
-// Shadow Terminator, 2019. Cosines of the light with the two normals, and of the normals with each other.
+// Fades light out where the shading normal still faces it and the geometry no longer does: Chiang, Li and Burley,
+// Taming the Shadow Terminator, 2019. Cosines of the light with the two normals, and of the normals with each other.
 FN float shadow_terminator(float geometric_cosine, float shading_cosine, float normals_cosine)
 {
     float g = clamp1(rough_divide(geometric_cosine, max1(shading_cosine * normals_cosine, 1e-6f)), 0.0f, 1.0f);

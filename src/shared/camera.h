@@ -34,8 +34,8 @@ FN clast_camera_ray camera_ray(clast_camera camera, float x, float y)
     return ray;
 }
 
-// Where in its pixel a sample lies, from a point of the unit square: a tent of radius one pixel around the centre, so that
-// the mean of the samples is a filtered picture (Ernst, Stamminger and Greiner, Filter Importance Sampling, 2006).
+// Where in its pixel a sample lies, from a point of the unit square: a tent of radius one pixel around the centre, so
+// that the mean of the samples is a filtered picture (Ernst, Stamminger and Greiner, Filter Importance Sampling, 2006).
 FN float camera_offset(float u)
 {
     float v = 2.0f * u;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points to sample with, and maps from the unit square to what is sampled.
 //
-// Points are Sobol's first two dimensions with Owen's scrambling by hashes, padded: each use (a lens, a light, a lobe at a
-// bounce) has points of its own, decorrelated by its seed. Laine and Karras, Stratified Sampling for Stochastic
-// Transparency, EGSR 2011; Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020. The hash's constants are those that
-// Vegdahl found to scramble better. Every power of two of points is a (0, m, 2)-net.
+// Points are Sobol's first two dimensions with Owen's scrambling by hashes, padded: each use (a lens, a light, a lobe
+// at a bounce) has points of its own, decorrelated by its seed. Laine and Karras, Stratified Sampling for Stochastic
+// Transparency, EGSR 2011; Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020. The hash's constants are
+// those that Vegdahl found to scramble better. Every power of two of points is a (0, m, 2)-net.
 #ifndef CLAST_SHARED_SAMPLING_H
 #define CLAST_SHARED_SAMPLING_H
 
@@ -33,8 +33,8 @@ FN uint scramble_reversed(uint x, uint seed)
     return y ^ (y * 0x53a22864u);
 }
 
-// Sobol's second dimension, bits reversed. Its matrix is Pascal's triangle modulo 2: bit j is the sum of those bits of the
-// index whose places contain j, which takes a step for each bit of a place.
+// Sobol's second dimension, bits reversed. Its matrix is Pascal's triangle modulo 2: bit j is the sum of those bits of
+// the index whose places contain j, which takes a step for each bit of a place.
 FN uint sobol_second_reversed(uint index)
 {
     uint x = index ^ ((index >> 1u) & 0x55555555u);
@@ -106,13 +106,15 @@ FN vec3 sample_cone(vec2 u, float height)
     return vec3(radius * p[0], radius * p[1], 1.0f - below);
 }
 
-// Weights of a triangle's second and third corner, uniform by area: Heitz, A Low-Distortion Map Between Triangle and Square, 2019.
+// Weights of a triangle's second and third corner, uniform by area: Heitz, A Low-Distortion Map Between Triangle and
+// Square, 2019.
 FN vec2 sample_triangle(vec2 u)
 {
     return u[1] > u[0] ? vec2(u[0] * 0.5f, u[1] - u[0] * 0.5f) : vec2(u[0] - u[1] * 0.5f, u[1] * 0.5f);
 }
 
-// The share of an estimate that a technique of density `mine` gets beside one of density `other`: Veach's power heuristic.
+// The share of an estimate that a technique of density `mine` gets beside one of density `other`: Veach's power
+// heuristic.
 FN float mis_weight(float mine, float other)
 {
     float ratio = mine > 0.0f ? rough_divide(other, mine) : 0.0f;
@@ -141,7 +143,14 @@ FN clast_basis basis_around(vec3 n)
     return basis;
 }
 
-FN vec3 from_basis(clast_basis basis, vec3 v) { return load3(basis.x) * v[0] + load3(basis.y) * v[1] + load3(basis.z) * v[2]; }
-FN vec3 to_basis(clast_basis basis, vec3 v) { return vec3(dot3(load3(basis.x), v), dot3(load3(basis.y), v), dot3(load3(basis.z), v)); }
+FN vec3 from_basis(clast_basis basis, vec3 v)
+{
+    return load3(basis.x) * v[0] + load3(basis.y) * v[1] + load3(basis.z) * v[2];
+}
+
+FN vec3 to_basis(clast_basis basis, vec3 v)
+{
+    return vec3(dot3(load3(basis.x), v), dot3(load3(basis.y), v), dot3(load3(basis.z), v));
+}
 
 #endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An atmosphere as the earth's: air, haze and ozone over a sphere. Densities and scattering at a height, for red, green and
-// blue (680, 550, 440 nm), in 1 / km. Coefficients: Bruneton, A Qualitative and Quantitative Evaluation of 8 Clear Sky
-// Models, TVCG 23(12), 2017; haze after Angstrom. Lengths are kilometres.
+// An atmosphere as the earth's: air, haze and ozone over a sphere. Densities and scattering at a height, for red,
+// green and blue (680, 550, 440 nm), in 1 / km. Coefficients: Bruneton, A Qualitative and Quantitative Evaluation of 8
+// Clear Sky Models, TVCG 23(12), 2017; haze after Angstrom. Lengths are kilometres.
 #ifndef CLAST_SHARED_SKY_H
 #define CLAST_SHARED_SKY_H
 
@@ -28,14 +28,15 @@ RECORD(clast_air)
 };
 RECORD_SIZE(clast_air, 36)
 
-// Turbidity is the optical depth of air and haze over that of air alone, at 550 nm: Linke's measure as Preetham, Shirley and
-// Smits (A Practical Analytic Model for Daylight, 1999) use it.
+// Turbidity is the optical depth of air and haze over that of air alone, at 550 nm: Linke's measure as Preetham,
+// Shirley and Smits (A Practical Analytic Model for Daylight, 1999) use it.
 FN clast_air sky_air(float radius, float turbidity)
 {
     float height = max1(radius - SKY_GROUND, 0.0f);
     vec3 air = vec3(5.802e-3f, 13.558e-3f, 33.1e-3f) * rough_exp(-rough_divide(height, SKY_AIR_HEIGHT));
     float depth = 13.558e-3f * SKY_AIR_HEIGHT * max1(turbidity - 1.0f, 0.0f);
-    vec3 haze = vec3(0.759f, 1.0f, 1.337f) * (rough_divide(depth, SKY_HAZE_HEIGHT) * rough_exp(-rough_divide(height, SKY_HAZE_HEIGHT)));
+    float density = rough_divide(depth, SKY_HAZE_HEIGHT) * rough_exp(-rough_divide(height, SKY_HAZE_HEIGHT));
+    vec3 haze = vec3(0.759f, 1.0f, 1.337f) * density;
     vec3 ozone = vec3(0.650e-3f, 1.881e-3f, 0.085e-3f) * max1(1.0f - abs1(height - 25.0f) * 0.0666666667f, 0.0f);
     clast_air result;
     result.air = store3(air);
@@ -55,8 +56,8 @@ FN float sky_haze_phase(float cosine)
     return rough_divide(scale * (1.0f + cosine * cosine), base * rough_sqrt(base));
 }
 
-// Distance from a point at `radius`, looking up by `cosine`, to a sphere around the earth's centre; negative where it is
-// missed. `inside`: the far side.
+// Distance from a point at `radius`, looking up by `cosine`, to a sphere around the earth's centre; negative where it
+// is missed. `inside`: the far side.
 FN float sky_distance(float radius, float cosine, float sphere, bool inside)
 {
     float b = radius * cosine;

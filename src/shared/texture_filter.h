@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which texels of a picture make a texture's value, and with what weights. Texels are fetched by number and blended here,
-// so that every machine filters alike.
+// Which texels of a picture make a texture's value, and with what weights. Texels are fetched by number and blended
+// here, so that every machine filters alike.
 #ifndef CLAST_SHARED_TEXTURE_FILTER_H
 #define CLAST_SHARED_TEXTURE_FILTER_H
 

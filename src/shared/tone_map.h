@@ -6,10 +6,13 @@
 #include "shared/enums.h"
 #include "shared/texture_filter.h"
 
-FN float aces_curve(float x) { return rough_divide(x * (x + 0.0245786f) - 0.000090537f, x * (0.983729f * x + 0.4329510f) + 0.238081f); }
+FN float aces_curve(float x)
+{
+    return rough_divide(x * (x + 0.0245786f) - 0.000090537f, x * (0.983729f * x + 0.4329510f) + 0.238081f);
+}
 
-// The Academy's reference rendering and output transform for an sRGB display, as Stephen Hill fitted it: into its primaries,
-// a curve for each, back. The gain before it leaves a mid grey of 0.18 as bright as it was.
+// The Academy's reference rendering and output transform for an sRGB display, as Stephen Hill fitted it: into its
+// primaries, a curve for each, back. The gain before it leaves a mid grey of 0.18 as bright as it was.
 FN vec3 tone_map_aces(vec3 colour)
 {
     vec3 c = colour * 1.462f;
@@ -20,20 +23,27 @@ FN vec3 tone_map_aces(vec3 colour)
                 -0.00327f * r - 0.07276f * g + 1.07602f * b);
 }
 
+// Each component to 0 at least, and `high` at most.
+FN vec3 clamp_each(vec3 v, float high)
+{
+    return vec3(clamp1(v[0], 0.0f, high), clamp1(v[1], 0.0f, high), clamp1(v[2], 0.0f, high));
+}
+
 // Display values in [0, 1], sRGB encoded. `gain` is two to the power of the exposure.
 FN vec3 tone_map(vec3 radiance, float gain, uint curve)
 {
     // Beyond 1e6 all curves are flat; their squares would not be finite.
-    vec3 c = vec3(clamp1(radiance[0] * gain, 0.0f, 1e6f), clamp1(radiance[1] * gain, 0.0f, 1e6f), clamp1(radiance[2] * gain, 0.0f, 1e6f));
+    vec3 c = clamp_each(radiance * gain, 1e6f);
     c = curve == CLAST_TONE_MAP_ACES ? tone_map_aces(c) : c;
-    return vec3(linear_to_srgb(clamp1(c[0], 0.0f, 1.0f)), linear_to_srgb(clamp1(c[1], 0.0f, 1.0f)), linear_to_srgb(clamp1(c[2], 0.0f, 1.0f)));
+    c = clamp_each(c, 1.0f);
+    return vec3(linear_to_srgb(c[0]), linear_to_srgb(c[1]), linear_to_srgb(c[2]));
 }
 
 // Hue, saturation, value, each 0 to 1.
 FN vec3 hsv_to_rgb(vec3 hsv)
 {
     float h = 6.0f * (hsv[0] - floor1(hsv[0]));
-    vec3 full = vec3(clamp1(abs1(h - 3.0f) - 1.0f, 0.0f, 1.0f), clamp1(2.0f - abs1(h - 2.0f), 0.0f, 1.0f), clamp1(2.0f - abs1(h - 4.0f), 0.0f, 1.0f));
+    vec3 full = clamp_each(vec3(abs1(h - 3.0f) - 1.0f, 2.0f - abs1(h - 2.0f), 2.0f - abs1(h - 4.0f)), 1.0f);
     return mix3(splat3(1.0f), full, hsv[1]) * hsv[2];
 }
 

@@ -5,7 +5,8 @@
 
 #include "shared/brdf.h"
 
-#define assert_near(value, expected, tolerance) assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
+#define assert_near(value, expected, tolerance) \
+    assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
 
 static const float roughnesses[] = {0.0f, 0.05f, 0.1f, 0.2f, 0.35f, 0.5f, 0.7f, 0.85f, 1.0f};
 static const float cosines[] = {0.02f, 0.1f, 0.3f, 0.6f, 0.9f, 1.0f};
@@ -124,7 +125,8 @@ static void samples_lie_where_the_density_says(void **state)
         if (d[2] > 0.0f) {
             float turns = atan2f(d[1], d[0]) * 0.159154943f;
             turns -= floorf(turns);
-            uint32_t row = min_uint((uint32_t)(d[2] * ROWS), ROWS - 1), column = min_uint((uint32_t)(turns * COLUMNS), COLUMNS - 1);
+            uint32_t row = min_uint((uint32_t)(d[2] * ROWS), ROWS - 1),
+                     column = min_uint((uint32_t)(turns * COLUMNS), COLUMNS - 1);
             counts[row][column]++;
         }
     }

@@ -7,7 +7,8 @@
 #include "shared/camera.h"
 #include "shared/sampling.h"
 
-#define assert_near(value, expected, tolerance) assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
+#define assert_near(value, expected, tolerance) \
+    assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
 
 static clast_camera looking_down_z(clast_projection projection)
 {

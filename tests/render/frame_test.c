@@ -3,8 +3,9 @@
 #include "picture.h"
 
 static const vec3 ORIGIN = {0, 0, 0};
-static const clast_view all_views[] = {CLAST_VIEW_COLOUR, CLAST_VIEW_ALBEDO, CLAST_VIEW_NORMAL, CLAST_VIEW_DEPTH, CLAST_VIEW_UV,
-                                       CLAST_VIEW_INSTANCE, CLAST_VIEW_CLUSTER, CLAST_VIEW_TRIANGLE, CLAST_VIEW_STEPS};
+static const clast_view all_views[] = {CLAST_VIEW_COLOUR,  CLAST_VIEW_ALBEDO,   CLAST_VIEW_NORMAL,
+                                       CLAST_VIEW_DEPTH,   CLAST_VIEW_UV,       CLAST_VIEW_INSTANCE,
+                                       CLAST_VIEW_CLUSTER, CLAST_VIEW_TRIANGLE, CLAST_VIEW_STEPS};
 
 // A bit of everything: sky, lamp, point light, metal, a blended square.
 static picture rich_scene(clast_context *context, uint32_t size, uint32_t samples)
@@ -12,7 +13,8 @@ static picture rich_scene(clast_context *context, uint32_t size, uint32_t sample
     picture p = picture_open(context, size, samples);
     clast_environment environment = {.type = CLAST_ENVIRONMENT_SKY, .sun_direction = {0.5f, 0.4f, 0.6f}};
     assert_ok(context, clast_scene_set_environment(p.scene, &environment));
-    clast_light_desc light = {.type = CLAST_LIGHT_POINT, .position = {1, 2, 2}, .colour = {1, 0.8f, 0.6f}, .intensity = 5.0f};
+    clast_light_desc light = {
+        .type = CLAST_LIGHT_POINT, .position = {1, 2, 2}, .colour = {1, 0.8f, 0.6f}, .intensity = 5.0f};
     uint32_t number;
     assert_ok(context, clast_scene_add_light(p.scene, &light, NULL, &number));
     picture_add_sphere(&p, ORIGIN, 1.0f, 64, picture_material(&p, 0.8f, 1.0f, 0.3f, 0.0f));
@@ -106,9 +108,10 @@ static void views_say_what_is_there(void **state)
     picture_look(&p, vec3(0, 0, 2), ORIGIN, 1.8f); // the square does not fill the picture
     picture_build(&p);
     assert_ok(p.context, picture_try(&p, all_views, CLAST_VIEW_COUNT_));
-    const float *albedo = p.pixels[CLAST_VIEW_ALBEDO], *normal = p.pixels[CLAST_VIEW_NORMAL], *depth = p.pixels[CLAST_VIEW_DEPTH],
-                *uv = p.pixels[CLAST_VIEW_UV];
-    const uint32_t *instances = p.pixels[CLAST_VIEW_INSTANCE], *triangles = p.pixels[CLAST_VIEW_TRIANGLE], *steps = p.pixels[CLAST_VIEW_STEPS];
+    const float *albedo = p.pixels[CLAST_VIEW_ALBEDO], *normal = p.pixels[CLAST_VIEW_NORMAL],
+                *depth = p.pixels[CLAST_VIEW_DEPTH], *uv = p.pixels[CLAST_VIEW_UV];
+    const uint32_t *instances = p.pixels[CLAST_VIEW_INSTANCE], *triangles = p.pixels[CLAST_VIEW_TRIANGLE],
+                   *steps = p.pixels[CLAST_VIEW_STEPS];
     uint32_t middle = 4 * 9 + 4;
     assert_near(albedo[3 * middle], 0.25, 1e-6);
     assert_near(normal[3 * middle + 2], 1.0, 1e-5);
@@ -158,7 +161,8 @@ static void shadows_honour_alpha(void **state)
 {
     picture p = picture_open(*state, 16, 256);
     p.settings.bounces = 1;
-    clast_light_desc light = {.type = CLAST_LIGHT_DIRECTIONAL, .direction = {0, 0, -1}, .colour = {1, 1, 1}, .intensity = 3.0f};
+    clast_light_desc light = {
+        .type = CLAST_LIGHT_DIRECTIONAL, .direction = {0, 0, -1}, .colour = {1, 1, 1}, .intensity = 3.0f};
     uint32_t number;
     assert_ok(p.context, clast_scene_add_light(p.scene, &light, NULL, &number));
     picture_add_square(&p, ORIGIN, vec3(1, 0, 0), vec3(0, 1, 0), picture_material(&p, 0.5f, 0.0f, 1.0f, 0.0f));
@@ -222,7 +226,8 @@ static void a_render_without_memory_fails_and_leaves_nothing(void **state)
 {
     (void)state;
     clast_context *context;
-    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .memory_limit = 24u << 20}, &context), CLAST_OK);
+    assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1, .memory_limit = 24u << 20}, &context),
+                     CLAST_OK);
     picture p = rich_scene(context, 1024, 1); // 40 bytes a pixel do not fit
     picture_build(&p);
     uint64_t before = clast_context_memory(context);
@@ -276,8 +281,10 @@ static void a_view_that_is_none_is_refused(void **state)
 {
     uint8_t pixels[3];
     float value = 0.0f;
-    assert_int_equal(clast_view_to_display(*state, CLAST_VIEW_COUNT_, &value, 1, 1, NULL, pixels), CLAST_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(clast_view_to_display(*state, CLAST_VIEW_DEPTH, NULL, 1, 1, NULL, pixels), CLAST_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(clast_view_to_display(*state, CLAST_VIEW_COUNT_, &value, 1, 1, NULL, pixels),
+                     CLAST_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(clast_view_to_display(*state, CLAST_VIEW_DEPTH, NULL, 1, 1, NULL, pixels),
+                     CLAST_ERROR_INVALID_ARGUMENT);
 }
 
 int main(void)

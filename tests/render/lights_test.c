@@ -118,8 +118,10 @@ static void a_picture_of_one_pixel_will_do(void **state)
 static void sky_at(clast_context *context, picture *p, float elevation, float turbidity)
 {
     *p = picture_open(context, 4, 1);
-    clast_environment environment = {.type = CLAST_ENVIRONMENT_SKY, .turbidity = turbidity,
-                                     .sun_direction = {0.6f * cosf(elevation), sinf(elevation), 0.8f * cosf(elevation)}};
+    clast_environment environment = {
+        .type = CLAST_ENVIRONMENT_SKY,
+        .turbidity = turbidity,
+        .sun_direction = {0.6f * cosf(elevation), sinf(elevation), 0.8f * cosf(elevation)}};
     assert_ok(context, clast_scene_set_environment(p->scene, &environment));
     picture_build(p);
 }
@@ -157,7 +159,8 @@ static void the_sky_is_blue_above_and_the_low_sun_red(void **state)
     assert_true(low.sun_irradiance[0] > 4.0f * low.sun_irradiance[2]);
     assert_true(largest3(gone.sun_irradiance) < 1e-3f);
     for (uint32_t i = 0; i < CLAST_SKY_WIDTH * CLAST_SKY_HEIGHT; i++) {
-        assert_true(is_finite3(load3(high.radiance[i])) && high.radiance[i].v[1] >= 0.0f && gone.radiance[i].v[1] < low.radiance[i].v[1] + 0.05f);
+        assert_true(is_finite3(load3(high.radiance[i])) && high.radiance[i].v[1] >= 0.0f &&
+                    gone.radiance[i].v[1] < low.radiance[i].v[1] + 0.05f);
     }
     clast_sky_destroy(context, &high);
     clast_sky_destroy(context, &low);

@@ -53,7 +53,11 @@ static double lit_by(clast_context *context, const clast_light_desc *light)
 static void punctual_lights_light_by_their_units(void **state)
 {
     const double pi = 3.14159265358979;
-    clast_light_desc light = {.type = CLAST_LIGHT_POINT, .position = {0, 0, 2}, .direction = {0, 0, -1}, .colour = {1, 1, 1}, .intensity = 8.0f};
+    clast_light_desc light = {.type = CLAST_LIGHT_POINT,
+                              .position = {0, 0, 2},
+                              .direction = {0, 0, -1},
+                              .colour = {1, 1, 1},
+                              .intensity = 8.0f};
     double expected = 0.5 / pi * 8.0 / 4.0;
     assert_near(lit_by(*state, &light) / expected, 1.0, 0.06);
     light.position[2] = 4.0f;
@@ -71,8 +75,13 @@ static void punctual_lights_light_by_their_units(void **state)
 
 static void a_spot_light_ends_at_its_cone(void **state)
 {
-    clast_light_desc light = {.type = CLAST_LIGHT_SPOT, .position = {0, 0, 2}, .direction = {0, 0, -1}, .colour = {1, 1, 1},
-                              .intensity = 8.0f, .inner_angle = 0.2f, .outer_angle = 0.4f};
+    clast_light_desc light = {.type = CLAST_LIGHT_SPOT,
+                              .position = {0, 0, 2},
+                              .direction = {0, 0, -1},
+                              .colour = {1, 1, 1},
+                              .intensity = 8.0f,
+                              .inner_angle = 0.2f,
+                              .outer_angle = 0.4f};
     double middle = lit_by(*state, &light);
     assert_near(middle, 0.5 / 3.14159 * 2.0, 0.02);
     light.direction[0] = 0.3f; // 0.29 radians off
@@ -101,7 +110,8 @@ static double square_irradiance(double distance, double half_side)
     enum { N = 400 };
     double sum = 0.0, cell = 2.0 * half_side / N;
     for (int i = 0; i < N * N; i++) {
-        double x = ((i % N) + 0.5) * cell - half_side, y = ((i / N) + 0.5) * cell - half_side, square = x * x + y * y + distance * distance;
+        double x = ((i % N) + 0.5) * cell - half_side, y = ((i / N) + 0.5) * cell - half_side,
+               square = x * x + y * y + distance * distance;
         sum += distance * distance / (square * square) * cell * cell;
     }
     return sum;
@@ -110,7 +120,8 @@ static double square_irradiance(double distance, double half_side)
 static void an_area_light_gives_its_integral_near_and_far(void **state)
 {
     double near = lamp_over_floor(*state, 0.5f, 0.5f), far = lamp_over_floor(*state, 2.0f, 0.25f);
-    double expected_near = 5.0 * 0.5 / 3.14159265 * square_irradiance(0.5, 0.5), expected_far = 5.0 * 0.5 / 3.14159265 * square_irradiance(2.0, 0.25);
+    double expected_near = 5.0 * 0.5 / 3.14159265 * square_irradiance(0.5, 0.5),
+           expected_far = 5.0 * 0.5 / 3.14159265 * square_irradiance(2.0, 0.25);
     assert_near(near / expected_near, 1.0, 0.06);
     assert_near(far / expected_far, 1.0, 0.06);
 }
@@ -123,7 +134,8 @@ static void sampled_lights_agree_with_chance(void **state)
         picture p = picture_open(*state, 8, 2048);
         p.settings.bounces = 1;
         picture_add_square(&p, ORIGIN, X, Y, picture_material(&p, 0.7f, 0.3f, 0.4f, 0.0f));
-        picture_add_square(&p, vec3(0.0f, 1.0f, 1.0f), X, normalize3(vec3(0.0f, 1.0f, -1.0f)), picture_material(&p, 0.0f, 0.0f, 1.0f, 2.0f));
+        picture_add_square(&p, vec3(0.0f, 1.0f, 1.0f), X, normalize3(vec3(0.0f, 1.0f, -1.0f)),
+                           picture_material(&p, 0.0f, 0.0f, 1.0f, 2.0f));
         picture_look(&p, vec3(0.0f, -2.0f, 2.0f), ORIGIN, 0.4f);
         picture_build(&p);
         if (!known) {
@@ -174,13 +186,15 @@ static void size_and_place_do_not_make_speckles(void **state)
             p.settings.bounces = 32;
             picture_surround(&p, 1.0f);
             picture_add_sphere(&p, centre, size, 48, picture_material(&p, 1.0f, 0.0f, 1.0f, 0.0f));
-            picture_add_square(&p, centre - Y * (size * 1.3f), Z * size * 40.0f, X * size * 40.0f, picture_material(&p, 1.0f, 0.0f, 1.0f, 0.0f));
+            picture_add_square(&p, centre - Y * (size * 1.3f), Z * size * 40.0f, X * size * 40.0f,
+                               picture_material(&p, 1.0f, 0.0f, 1.0f, 0.0f));
             picture_look(&p, centre + vec3(0.3f, 0.5f, 3.0f) * size, centre, 0.8f);
             picture_render(&p);
             for (uint32_t i = 0; i < 32 * 32; i++) {
                 float value = picture_pixel(&p, i % 32, i / 32)[1];
                 if (!(value > 0.7f && value < 1.5f)) {
-                    fail_msg("size %g, place %g, pixel %u, %u: %g", (double)size, (double)places[o], i % 32, i / 32, (double)value);
+                    fail_msg("size %g, place %g, pixel %u, %u: %g", (double)size, (double)places[o], i % 32, i / 32,
+                             (double)value);
                 }
             }
             picture_close(&p);

@@ -31,8 +31,10 @@ typedef struct picture {
 // An empty scene, to be rendered with size * size pixels.
 static inline picture picture_open(clast_context *context, uint32_t size, uint32_t samples)
 {
-    picture p = {.context = context,
-                 .settings = {.width = size, .height = size, .spp = samples, .bounces = 8, .rate = 1.0, .camera = "", .env = ""}};
+    picture p = {
+        .context = context,
+        .settings = {
+            .width = size, .height = size, .spp = samples, .bounces = 8, .rate = 1.0, .camera = "", .env = ""}};
     assert_ok(context, clast_scene_create(context, &p.scene));
     return p;
 }
@@ -69,8 +71,12 @@ static inline uint32_t picture_add_square(picture *p, vec3 centre, vec3 right, v
         }
     }
     const uint32_t indices[] = {0, 1, 2, 0, 2, 3};
-    clast_mesh mesh = {.vertex_count = 4, .triangle_count = 2, .positions = positions, .coordinates = {coordinates},
-                       .indices = indices, .material = material};
+    clast_mesh mesh = {.vertex_count = 4,
+                       .triangle_count = 2,
+                       .positions = positions,
+                       .coordinates = {coordinates},
+                       .indices = indices,
+                       .material = material};
     uint32_t geometry, instance;
     assert_ok(p->context, clast_scene_add_mesh(p->scene, &mesh, "square", &geometry));
     assert_ok(p->context, clast_scene_add_instance(p->scene, geometry, NULL, NULL, &instance));

@@ -6,7 +6,8 @@
 
 #include "shared/sampling.h"
 
-#define assert_near(value, expected, tolerance) assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
+#define assert_near(value, expected, tolerance) \
+    assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
 
 // Sobol's second dimension by its direction numbers, from the recurrence of the primitive polynomial x + 1.
 static uint32_t sobol_second_by_direction_numbers(uint32_t index)

@@ -5,7 +5,8 @@
 
 #include "render/texture.h"
 
-#define assert_near(value, expected, tolerance) assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
+#define assert_near(value, expected, tolerance) \
+    assert_true(fabs((double)(value) - (double)(expected)) <= (double)(tolerance))
 
 static clast_srgb_table tables;
 
@@ -97,7 +98,8 @@ static void coordinates_that_are_no_numbers_do_no_harm(void **state)
 
 static void channels_mean_what_gltf_says(void **state)
 {
-    const uint16_t pixels[4][4] = {{65535, 0, 0, 0}, {65535, 13107, 0, 0}, {65535, 0, 13107, 0}, {65535, 0, 13107, 26214}};
+    const uint16_t pixels[4][4] = {
+        {65535, 0, 0, 0}, {65535, 13107, 0, 0}, {65535, 0, 13107, 0}, {65535, 0, 13107, 26214}};
     const float expected[4][4] = {{1, 1, 1, 1}, {1, 1, 1, 0.2f}, {1, 0, 0.2f, 1}, {1, 0, 0.2f, 0.4f}};
     for (uint32_t channels = 1; channels <= 4; channels++) {
         clast_image image = {1, 1, channels, CLAST_PIXEL_UNORM16, pixels[channels - 1]};
@@ -157,7 +159,8 @@ static void the_second_coordinates_are_used_where_asked(void **state)
     clast_texture_use use = first_texture();
     use.coordinate_set = 1;
     vec2 coordinates[2] = {vec2(0.0f, 0.0f), vec2(1.0f, 1.0f)};
-    assert_near(clast_texture_value(scene, use, coordinates, CLAST_ENCODING_LINEAR, &tables, splat3(0.0f))[0], 1.0, 0.0);
+    assert_near(clast_texture_value(scene, use, coordinates, CLAST_ENCODING_LINEAR, &tables, splat3(0.0f))[0], 1.0,
+                0.0);
     clast_scene_destroy(scene);
 }
 
