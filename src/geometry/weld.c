@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exact welding of positions. Vertices are spread over buckets by a hash of their position, each bucket in the order of the
-// vertices; then every bucket is welded by one thread with a small hash table. Nothing depends on which thread or when.
+// vertices; then every bucket is welded by one thread with a small hash table. Nothing depends on which thread or when. The
+// other half of the hash goes along, so that positions are read again only where they are probably equal.
 #include <string.h>
 
 #include "base/thread.h"
@@ -8,17 +9,18 @@
 
 enum { VERTEX_CHUNK = 65536, BUCKET_BITS = 10, BUCKETS = 1 << BUCKET_BITS, PROBES_A_VERTEX = 32 };
 
+#define FREE UINT64_MAX // no vertex has the number 2^32 - 1
+
 typedef struct welder {
     clast_context *context;
     const float *positions;
     size_t count;
     uint32_t *remap;
     uint32_t *places; // [chunk][bucket]: how many, then where they go
-    uint32_t *order;  // vertices by bucket
+    uint64_t *order;  // vertices by bucket, below the hash's lower half
     uint32_t first[BUCKETS + 1];
-    uint32_t **tables; // one for each worker
-    uint32_t table_size;
-    uint32_t *unique; // one for each bucket
+    uint64_t **tables; // one for each worker
+    uint32_t *unique;  // one for each bucket
 } welder;
 
 typedef struct position_bits {
@@ -60,8 +62,11 @@ static void count_chunk(void *data, size_t begin, size_t end, uint32_t worker)
     memset(places, 0, BUCKETS * sizeof *places);
     for (size_t i = begin; i < end; i++) {
         position_bits bits;
-        bits_of(w, (uint32_t)i, &bits);
-        places[bucket_of(hash_of(&bits))]++;
+        if (bits_of(w, (uint32_t)i, &bits)) {
+            places[bucket_of(hash_of(&bits))]++;
+        } else {
+            w->remap[i] = (uint32_t)i; // equal to nothing: in no bucket
+        }
     }
 }
 
@@ -72,8 +77,10 @@ static void spread_chunk(void *data, size_t begin, size_t end, uint32_t worker)
     uint32_t *places = w->places + begin / VERTEX_CHUNK * BUCKETS;
     for (size_t i = begin; i < end; i++) {
         position_bits bits;
-        bits_of(w, (uint32_t)i, &bits);
-        w->order[places[bucket_of(hash_of(&bits))]++] = (uint32_t)i;
+        if (bits_of(w, (uint32_t)i, &bits)) {
+            uint64_t hash = hash_of(&bits);
+            w->order[places[bucket_of(hash)]++] = hash << 32 | i;
+        }
     }
 }
 
@@ -94,89 +101,89 @@ static void place_buckets(welder *w)
 
 // ------------------------------------------------------------------------------------- a bucket that defeats its table
 
-static int compare(const welder *w, uint32_t a, uint32_t b)
+static int compare(const welder *w, uint64_t a, uint64_t b)
 {
     position_bits x, y;
-    bits_of(w, a, &x);
-    bits_of(w, b, &y);
+    bits_of(w, (uint32_t)a, &x);
+    bits_of(w, (uint32_t)b, &y);
     int order = memcmp(&x, &y, sizeof x); // any order of the bits will do
-    return order != 0 ? order : a < b ? -1 : 1;
+    return order != 0 ? order : (uint32_t)a < (uint32_t)b ? -1 : 1;
 }
 
-static void sift(const welder *w, uint32_t *heap, size_t parent, size_t count)
+static void sift(const welder *w, uint64_t *heap, size_t parent, size_t count)
 {
     for (size_t child = 2 * parent + 1; child < count; child = 2 * parent + 1) {
         child += child + 1 < count && compare(w, heap[child], heap[child + 1]) < 0;
         if (compare(w, heap[parent], heap[child]) > 0) {
             return;
         }
-        uint32_t kept = heap[parent];
+        uint64_t kept = heap[parent];
         heap[parent] = heap[child];
         heap[child] = kept;
         parent = child;
     }
 }
 
+static bool are_equal(const welder *w, uint64_t a, uint64_t b)
+{
+    position_bits x, y;
+    bits_of(w, (uint32_t)a, &x);
+    bits_of(w, (uint32_t)b, &y);
+    return memcmp(&x, &y, sizeof x) == 0;
+}
+
 // Positions made to collide would take the table quadratic time: heap sort takes n log n on any.
-static uint32_t weld_by_sorting(const welder *w, uint32_t *order, size_t count)
+static uint32_t weld_by_sorting(const welder *w, uint64_t *order, size_t count)
 {
     for (size_t i = count / 2; i-- > 0;) {
         sift(w, order, i, count);
     }
     for (size_t i = count; i-- > 1;) {
-        uint32_t kept = order[0];
+        uint64_t kept = order[0];
         order[0] = order[i];
         order[i] = kept;
         sift(w, order, 0, i);
     }
     uint32_t unique = 0;
-    position_bits before, bits;
     for (size_t i = 0; i < count; i++) {
-        bool number = bits_of(w, order[i], &bits);
-        bool same = number && i != 0 && memcmp(&before, &bits, sizeof bits) == 0;
-        w->remap[order[i]] = same ? w->remap[order[i - 1]] : order[i];
+        bool same = i != 0 && are_equal(w, order[i - 1], order[i]);
+        w->remap[(uint32_t)order[i]] = same ? w->remap[(uint32_t)order[i - 1]] : (uint32_t)order[i];
         unique += !same;
-        before = bits;
     }
     return unique;
 }
 
 // ------------------------------------------------------------------------------------------------------ a usual bucket
 
-static uint32_t weld_bucket(const welder *w, uint32_t *table, uint32_t *order, uint32_t count)
+static size_t table_size_for(uint32_t count)
 {
-    uint64_t size = 16;
-    uint32_t unique = 0;
+    size_t size = 16;
     while (size < 2 * (uint64_t)count) {
         size *= 2;
     }
-    for (size_t i = 0; i < size; i++) {
-        table[i] = UINT32_MAX;
-    }
+    return size;
+}
+
+static uint32_t weld_bucket(const welder *w, uint64_t *table, uint64_t *order, uint32_t count)
+{
+    size_t size = table_size_for(count);
+    uint32_t unique = 0;
+    memset(table, 0xff, size * sizeof *table);
     uint64_t probes_left = (uint64_t)count * PROBES_A_VERTEX + 1024;
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t vertex = order[i];
-        position_bits bits, other;
-        if (!bits_of(w, vertex, &bits)) {
-            w->remap[vertex] = vertex;
-            unique++;
-            continue;
-        }
-        size_t slot = hash_of(&bits) & (size - 1);
-        for (; table[slot] != UINT32_MAX; slot = (slot + 1) & (size - 1)) {
-            bits_of(w, table[slot], &other);
-            if (memcmp(&bits, &other, sizeof bits) == 0) {
-                break;
-            }
+        uint64_t entry = order[i];
+        size_t slot = (entry >> 32) & (size - 1);
+        while (table[slot] != FREE && (table[slot] >> 32 != entry >> 32 || !are_equal(w, table[slot], entry))) {
+            slot = (slot + 1) & (size - 1);
             if (probes_left-- == 0) {
                 return weld_by_sorting(w, order, count);
             }
         }
-        if (table[slot] == UINT32_MAX) { // in the order of the vertices: the first is the lowest
-            table[slot] = vertex;
+        if (table[slot] == FREE) { // in the order of the vertices: the first is the lowest
+            table[slot] = entry;
             unique++;
         }
-        w->remap[vertex] = table[slot];
+        w->remap[(uint32_t)entry] = (uint32_t)table[slot];
     }
     return unique;
 }
@@ -198,10 +205,7 @@ static bool make_tables(welder *w)
         uint32_t count = w->first[bucket + 1] - w->first[bucket];
         most = count > most ? count : most;
     }
-    uint64_t size = 16;
-    while (size < 2 * (uint64_t)most) {
-        size *= 2;
-    }
+    size_t size = table_size_for(most);
     for (uint32_t i = 0; i < clast_worker_count(w->context); i++) {
         w->tables[i] = clast_allocate(w->context, size, sizeof *w->tables[i]);
         if (w->tables[i] == NULL) {
@@ -220,7 +224,7 @@ static clast_status weld(welder *w, size_t *unique_count)
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     clast_parallel_for(w->context, BUCKETS, 16, weld_buckets, w);
-    *unique_count = 0;
+    *unique_count = w->count - w->first[BUCKETS]; // those that are equal to nothing
     for (size_t bucket = 0; bucket < BUCKETS; bucket++) {
         *unique_count += w->unique[bucket];
     }
