@@ -15,6 +15,9 @@ enum {
     DIGITS = 1 << DIGIT_BITS,
 };
 
+// Sweeps look at so many places for each triangle at most: a triangle stands in some ten parts of a usual mesh. Where the cut
+// takes a few triangles off at a time, which a mesh can be made for, the rest is halved.
+#define LOOKS_A_TRIANGLE 64
 // How much a cluster more than needed costs, in areas of the box that is cut.
 #define EXTRA_CLUSTER 0.5f
 // Boxes count as wider by this, in sides of the group, so that those of flat, thin and equal triangles have areas to compare.
@@ -46,6 +49,7 @@ struct group {
     uint32_t stack_size;
     part clusters[CUT_GROUP_MOST];
     uint32_t cluster_count;
+    uint32_t looks_left; // places that sweeps may still look at
     cut_limits limits;
     bool vertices_matter;
     float triangle_clusters[CUT_GROUP_MOST + 1]; // how many clusters so many triangles need
@@ -353,7 +357,9 @@ static void part_orders(group *g, const part *p, const best_cut *cut)
 static void cut_part(group *g, const part *p, bool counting)
 {
     best_cut best = {INFINITY, 0, 0};
-    for (uint32_t axis = 0; axis < 3; axis++) {
+    bool looks = p->inside || g->looks_left >= p->count;
+    g->looks_left -= looks && !p->inside ? p->count : 0;
+    for (uint32_t axis = 0; axis < 3 && looks; axis++) {
         if (p->inside) {
             sweep_blocks(g, p, axis, &best);
         } else if (counting) {
@@ -362,7 +368,7 @@ static void cut_part(group *g, const part *p, bool counting)
             sweep(g, p, axis, &best);
         }
     }
-    if (best.left == 0) { // no cost was a number below infinity
+    if (best.left == 0) { // too many looks, or no cost was a number below infinity
         best.left = p->inside ? BLOCK : p->count / 2;
     }
     part_orders(g, p, &best);
@@ -375,6 +381,7 @@ static void cut_part(group *g, const part *p, bool counting)
 static void cut_clusters(group *g, uint32_t count)
 {
     g->cluster_count = 0;
+    g->looks_left = LOOKS_A_TRIANGLE * count;
     g->stack_size = 0;
     g->stack[g->stack_size++] = (part){0, (uint16_t)count, false};
     while (g->stack_size != 0) {
