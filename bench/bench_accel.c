@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "accel/meshes.h"
+#include "base/context.h"
 #include "base/thread.h"
 #include "bench.h"
 #include "clast/clast.h"
@@ -215,7 +216,7 @@ static structure build_structure(clast_context *context, const workload *w)
     s.vertex_count = clusters.vertex_count;
     s.cluster_count = clusters.cluster_count;
     s.sources = malloc(s.vertex_count * sizeof *s.sources);
-    s.vertices = malloc(s.vertex_count * 12);
+    s.vertices = clast_allocate(context, s.vertex_count, 12); // as the renderer does
     memcpy(s.sources, clusters.vertices, s.vertex_count * sizeof *s.sources);
     gather(context, &s, w->m.positions);
     check(clast_template_set_create(context, &s.set), context);
@@ -230,13 +231,13 @@ static structure build_structure(clast_context *context, const workload *w)
     return s;
 }
 
-static void free_structure(structure *s)
+static void free_structure(clast_context *context, structure *s)
 {
     clast_tlas_destroy(s->tlas);
     clast_blas_destroy(s->blas);
     clast_clas_pool_destroy(s->pool);
     clast_template_set_destroy(s->set);
-    free(s->vertices);
+    clast_free(context, s->vertices);
     free(s->sources);
 }
 
@@ -255,7 +256,7 @@ static double build_ours(void *data)
     job *j = data;
     structure s = build_structure(j->context, j->work);
     double seconds = s.build_seconds;
-    free_structure(&s);
+    free_structure(j->context, &s);
     return 1e-6 * (double)j->work->m.triangle_count / seconds;
 }
 
@@ -496,7 +497,7 @@ static void measure(bench *b, const workload *w, uint32_t threads)
     add_row(b, &j, threads, "refit_vs_refit", "Mtri/s", bench_alternate(b, refit_ours, refit_theirs, &j));
     rtcReleaseScene(j.theirs.scene);
     rtcReleaseDevice(j.device);
-    free_structure(&j.ours);
+    free_structure(j.context, &j.ours);
     free(j.rays);
     free(j.hits);
     free(j.moved);

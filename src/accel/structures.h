@@ -131,9 +131,9 @@ struct clast_blas {
 
 // An instance that can be hit.
 typedef struct clast_placement {
-    float to_object[3][3];
-    float to_world[3][3];
-    float origin[3]; // of object space, in the world
+    float to_object[3][4]; // columns
+    float to_world[3][4];
+    float origin[4]; // of object space, in the world
     uint32_t id;
     const clast_blas *blas;
     uint32_t index; // in the array given

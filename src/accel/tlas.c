@@ -118,6 +118,7 @@ static bool place(const clast_tlas_instance *instance, clast_placement *placemen
 {
     clast_box object = instance->blas != NULL ? clast_tree_bounds(&instance->blas->tree) : clast_box_empty();
     double to_world[3][3], to_object[3][3], determinant;
+    memset(placement, 0, sizeof *placement);
     if (clast_box_is_empty(&object)) {
         return false;
     }
@@ -129,7 +130,7 @@ static bool place(const clast_tlas_instance *instance, clast_placement *placemen
         if (i % 4 == 3) {
             placement->origin[i / 4] = element;
         } else {
-            placement->to_world[i / 4][i % 4] = element;
+            placement->to_world[i % 4][i / 4] = element;
             to_world[i / 4][i % 4] = (double)element;
         }
     }
@@ -137,7 +138,7 @@ static bool place(const clast_tlas_instance *instance, clast_placement *placemen
         return false;
     }
     for (int i = 0; i < 9; i++) {
-        placement->to_object[i / 3][i % 3] = (float)to_object[i / 3][i % 3];
+        placement->to_object[i % 3][i / 3] = (float)to_object[i / 3][i % 3];
     }
     *spread = condition(to_world, to_object);
     placement->blas = instance->blas;

@@ -57,6 +57,20 @@ static float largest_of(const float v[3])
     return most > z ? most : z;
 }
 
+// The largest of three lanes; the fourth is zero.
+CLAST_LANES float largest_lane(clast_floats4 v)
+{
+    float most = v[0] > v[1] ? v[0] : v[1];
+    return most > v[2] ? most : v[2];
+}
+
+CLAST_LANES clast_floats4 scale_lanes(clast_floats4 v, int exponent)
+{
+    exponent = exponent < -252 ? -252 : exponent > 252 ? 252 : exponent;
+    int half = exponent / 2;
+    return v * splat4(two_to(half)) * splat4(two_to(exponent - half));
+}
+
 // -------------------------------------------------------------------------------------------------------------- spaces
 
 // A ray as boxes see it. The fourth lanes are zero.
@@ -71,32 +85,29 @@ typedef struct space {
 } space;
 
 // The largest distance from a point to a side of a box, along an axis; not finite where that is too far.
-static float reach_of(const float origin[3], const clast_box *box)
+CLAST_LANES float reach_of(clast_floats4 origin, const clast_box *box)
 {
-    float reach = 0.0f;
-    for (int axis = 0; axis < 3; axis++) {
-        reach = max1(reach, max1(fabsf(box->lower.v[axis] - origin[axis]), fabsf(box->upper.v[axis] - origin[axis])));
-    }
-    return reach;
+    return largest_lane(max4(abs4(load_three4(box->lower.v) - origin), abs4(load_three4(box->upper.v) - origin)));
 }
 
 // `direction` has its largest component in [1, 2); `exponent` says how the ray's t becomes a multiple of it.
-static space make_space(const float origin[3], const float direction[3], int exponent, float reach, float pad,
-                        float t_min)
+CLAST_LANES space make_space(clast_floats4 origin, clast_floats4 direction, int exponent, float reach, float pad,
+                             float t_min)
 {
-    space s = {.exponent = exponent};
     int scale = reach > 0.0f ? -exponent_of(reach) : SCALE_MOST;
     scale = scale > SCALE_MOST ? SCALE_MOST : scale;
+    clast_floats4 inverse = splat4(1.0f) / direction;
+    clast_floats4 most = pick4(direction < splat4(0.0f), splat4(-INVERSE_MOST), splat4(INVERSE_MOST));
+    inverse = pick4(abs4(inverse) <= splat4(INVERSE_MOST), inverse, most);
+    space s = {.origin = origin, .exponent = exponent + scale};
+    s.inverse = inverse * splat4(two_to(scale));
+    s.inverse[3] = 0.0f;
+    s.pad = abs4(s.inverse) * splat4(pad);
     for (uint32_t axis = 0; axis < 3; axis++) {
-        float inverse = 1.0f / direction[axis];
-        inverse = fabsf(inverse) <= INVERSE_MOST ? inverse : direction[axis] < 0.0f ? -INVERSE_MOST : INVERSE_MOST;
-        s.origin[axis] = origin[axis];
-        s.inverse[axis] = inverse * two_to(scale);
-        s.pad[axis] = fabsf(s.inverse[axis]) * pad;
-        s.first[axis] = (axis + (inverse < 0.0f ? 3 : 0)) * TREE_WIDTH;
-        s.last[axis] = (axis + (inverse < 0.0f ? 0 : 3)) * TREE_WIDTH;
+        uint32_t down = inverse[axis] < 0.0f ? 3 * TREE_WIDTH : 0;
+        s.first[axis] = axis * TREE_WIDTH + down;
+        s.last[axis] = axis * TREE_WIDTH + 3 * TREE_WIDTH - down;
     }
-    s.exponent = exponent + scale;
     s.t_min = scale_by(t_min, s.exponent);
     return s;
 }
@@ -115,13 +126,9 @@ typedef struct grid {
 // `lower` is followed by the three biased exponents and another byte, in nodes and clusters alike.
 CLAST_LANES grid make_grid(const space *s, const float *lower)
 {
-    clast_floats4 base = load_three4(lower);
-    uint32_t exponents;
-    memcpy(&exponents, lower + 3, sizeof exponents);
-    clast_ints4 biased = {(int32_t)(exponents & 255), (int32_t)(exponents >> 8 & 255), (int32_t)(exponents >> 16 & 255),
-                          0};
-    clast_floats4 shift = (base - s->origin) * s->inverse;
-    return (grid){(clast_floats4)(biased << 23) * s->inverse, shift - s->pad, shift + s->pad};
+    clast_ints4 exponents = load_bytes4((const uint8_t *)(lower + 3)) << 23;
+    clast_floats4 shift = (load_three4(lower) - s->origin) * s->inverse;
+    return (grid){(clast_floats4)exponents * s->inverse, shift - s->pad, shift + s->pad};
 }
 
 // Which of eight boxes the ray meets between its t_min and `limit`.
@@ -130,9 +137,9 @@ CLAST_LANES box_hits test_boxes(const space *s, const grid *g, const clast_box_g
     const uint8_t *planes = group->planes[0];
     clast_floats8 near = splat8(s->t_min), far = splat8(limit);
     for (int axis = 0; axis < 3; axis++) {
-        clast_floats8 step = splat8(g->step[axis]);
-        near = max8(load_bytes8(planes + s->first[axis]) * step + splat8(g->near[axis]), near);
-        far = min8(load_bytes8(planes + s->last[axis]) * step + splat8(g->far[axis]), far);
+        clast_floats8 step = splat_lane8(g->step, axis);
+        near = max8(load_bytes8(planes + s->first[axis]) * step + splat_lane8(g->near, axis), near);
+        far = min8(load_bytes8(planes + s->last[axis]) * step + splat_lane8(g->far, axis), far);
     }
     return (box_hits){near, bits8(near <= far)};
 }
@@ -152,9 +159,28 @@ CLAST_LANES void push_sorted(stack_entry *stack, uint32_t bottom, uint32_t *heig
     stack[place] = entry;
 }
 
-// The children of a node that were hit: gives the nearest, pushes the others. There must be one.
+// Where a BLAS's nodes and clusters lie.
+typedef struct child_arrays {
+    const clast_node *nodes;
+    const uint8_t *slots;
+    size_t stride;
+} child_arrays;
+
+// Fetches a child that waits on the stack: two or three lines.
+CLAST_LANES void prefetch_child(const child_arrays *arrays, uint32_t child)
+{
+    size_t size = (child & CLAST_CHILD_ITEM) != 0 ? arrays->stride : sizeof(clast_node);
+    const uint8_t *first = (child & CLAST_CHILD_ITEM) != 0 ? arrays->slots : (const uint8_t *)arrays->nodes;
+    const uint8_t *at = first + (child & ~CLAST_CHILD_ITEM) * size;
+    __builtin_prefetch(at);
+    __builtin_prefetch(at + 64);
+    __builtin_prefetch(at + 128);
+}
+
+// The children of a node that were hit: gives the nearest, pushes the others. There must be one. `arrays` null: nothing is
+// fetched ahead.
 CLAST_LANES stack_entry nearest_child(stack_entry *stack, uint32_t *height, const uint32_t *children,
-                                      const box_hits *hits)
+                                      const box_hits *hits, const child_arrays *arrays)
 {
     float near[TREE_WIDTH];
     memcpy(near, &hits->near, sizeof near);
@@ -166,6 +192,9 @@ CLAST_LANES stack_entry nearest_child(stack_entry *stack, uint32_t *height, cons
         lane = (uint32_t)__builtin_ctz(bits);
         bits &= bits - 1;
         stack_entry entry = {near[lane], children[lane]};
+        if (arrays != NULL) {
+            prefetch_child(arrays, entry.child);
+        }
         if (entry.near < nearest.near) {
             stack_entry other = nearest;
             nearest = entry;
@@ -341,6 +370,11 @@ CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const
             push_sorted(blocks, 0, &count, (stack_entry){near[lane], first + lane});
         }
     }
+    if (count > 0) { // the blocks say which vertices they need when they arrive; till then, all of them
+        for (uint32_t i = 0; i < clas->topology->vertex_count; i += 5) {
+            __builtin_prefetch(clas->vertices + 3 * i);
+        }
+    }
     while (count > 0 && blocks[--count].near <= w->limit) {
         if (test_block(w, slot, clas, &clas->topology->blocks[blocks[count].child])) {
             return true;
@@ -354,9 +388,8 @@ CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const
 // Gives true where the search is over.
 static bool traverse_blas(traversal *w)
 {
-    const clast_node *nodes = w->placement->blas->tree.nodes;
-    const uint8_t *slots = w->placement->blas->pool->slots;
-    size_t stride = w->placement->blas->pool->stride;
+    const clast_blas *blas = w->placement->blas;
+    const child_arrays arrays = {blas->tree.nodes, blas->pool->slots, blas->pool->stride};
     const space s = w->object;
     stack_entry stack[TREE_STACK];
     uint32_t height = 0, steps = 0;
@@ -364,17 +397,17 @@ static bool traverse_blas(traversal *w)
     for (;;) {
         steps++;
         if ((top.child & CLAST_CHILD_ITEM) == 0) {
-            const clast_node *node = &nodes[top.child];
+            const clast_node *node = &arrays.nodes[top.child];
             grid g = make_grid(&s, node->lower);
             box_hits hits = test_boxes(&s, &g, &node->boxes, w->limit);
             hits.bits &= (1u << node->child_count) - 1u;
             if (hits.bits != 0) {
-                top = nearest_child(stack, &height, node->children, &hits);
+                top = nearest_child(stack, &height, node->children, &hits, &arrays);
                 continue;
             }
         } else {
             uint32_t slot = top.child & ~CLAST_CHILD_ITEM;
-            if (test_cluster(w, &s, slot, (const clast_clas *)(const void *)(slots + slot * stride))) {
+            if (test_cluster(w, &s, slot, (const clast_clas *)(const void *)(arrays.slots + slot * arrays.stride))) {
                 w->steps += steps;
                 return true;
             }
@@ -389,29 +422,34 @@ static bool traverse_blas(traversal *w)
     }
 }
 
-// Brings the ray into an instance's object space. False where it cannot hit anything there.
-static bool enter_instance(traversal *w, const clast_placement *placement, const float direction[3], int exponent)
+// By a map's columns.
+CLAST_LANES clast_floats4 apply(const float columns[3][4], clast_floats4 v)
 {
-    float origin[3], turned[3];
-    float from[3];
-    for (int axis = 0; axis < 3; axis++) {
-        from[axis] = w->ray->origin[axis] - placement->origin[axis];
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        const float *row = placement->to_object[axis];
-        origin[axis] = row[0] * from[0] + row[1] * from[1] + row[2] * from[2];
-        turned[axis] = row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2];
-    }
-    clast_box box = placement->blas->tree.boxes[0];
-    float largest = largest_of(turned), reach = reach_of(origin, &box);
-    if (!(largest > 0.0f && largest <= FLT_MAX && reach < 2.0f * BOX_COORDINATE_MOST && is_sound_vertex(origin) &&
-          turned[0] + turned[1] + turned[2] == turned[0] + turned[1] + turned[2])) {
+    clast_floats4 x, y, z;
+    memcpy(&x, columns[0], sizeof x);
+    memcpy(&y, columns[1], sizeof y);
+    memcpy(&z, columns[2], sizeof z);
+    return x * splat4(v[0]) + y * splat4(v[1]) + z * splat4(v[2]);
+}
+
+// All three lanes are numbers of at most that size.
+CLAST_LANES bool are_below(clast_floats4 v, float most)
+{
+    clast_ints4 sound = abs4(v) <= splat4(most);
+    return (sound[0] & sound[1] & sound[2]) != 0;
+}
+
+// Brings the ray into an instance's object space. False where it cannot hit anything there.
+CLAST_LANES bool enter_instance(traversal *w, const clast_placement *placement, clast_floats4 direction, int exponent)
+{
+    clast_floats4 origin = apply(placement->to_object, load_three4(w->ray->origin) - load_three4(placement->origin));
+    clast_floats4 turned = apply(placement->to_object, direction);
+    float largest = largest_lane(abs4(turned)), reach = reach_of(origin, &placement->blas->tree.boxes[0]);
+    if (!(largest > 0.0f && are_below(turned, FLT_MAX) && are_below(origin, BOX_COORDINATE_MOST))) {
         return false;
     }
     int own = exponent_of(largest);
-    for (int axis = 0; axis < 3; axis++) {
-        turned[axis] = scale_by(turned[axis], -own);
-    }
+    turned = scale_lanes(turned, -own);
     w->placement = placement;
     w->object = make_space(origin, turned, exponent + own, reach, reach * PAD_OBJECT, w->ray->t_min);
     w->limit = scale_by(w->best.t, w->object.exponent);
@@ -421,7 +459,7 @@ static bool enter_instance(traversal *w, const clast_placement *placement, const
                                    two_to(scale));
     int rest = -(exponent + own + scale), half = rest < -252 ? -126 : rest > 252 ? 126 : rest / 2;
     rest = rest - half < -126 ? -126 : rest - half > 126 ? 126 : rest - half;
-    w->along = 1.0f / turned[w->watertight.axis] * two_to(half);
+    w->along = 1.0f / component3(turned, w->watertight.axis) * two_to(half);
     w->along_rest = two_to(rest);
     return true;
 }
@@ -435,23 +473,13 @@ static bool is_valid_ray(const clast_ray *ray)
            ray->direction[2] == ray->direction[2] && fabsf(ray->t_min) <= FLT_MAX && ray->t_min <= ray->t_max;
 }
 
-CLAST_LANES void traverse(const clast_tlas *tlas, traversal *w)
+// `direction` has its largest component in [1, 2) by 2^exponent.
+static void traverse_tlas(const clast_tlas *tlas, traversal *w, clast_floats4 direction, int exponent)
 {
-    const clast_ray *ray = w->ray;
-    w->best = (clast_hit){.t = ray->t_max <= FLT_MAX ? ray->t_max : FLT_MAX, .instance = CLAST_NONE};
-    w->best_placement = NULL;
-    w->steps = 0;
-    if (tlas->tree.node_count == 0 || !is_valid_ray(ray)) {
-        return;
-    }
-    float direction[3];
-    int exponent = exponent_of(largest_of(ray->direction));
-    for (int axis = 0; axis < 3; axis++) {
-        direction[axis] = scale_by(ray->direction[axis], -exponent);
-    }
-    float reach = reach_of(ray->origin, &tlas->tree.boxes[0]);
-    space world = make_space(ray->origin, direction, exponent, reach,
-                             min1(reach * PAD_WORLD * tlas->spread, BOX_COORDINATE_MOST), ray->t_min);
+    clast_floats4 origin = load_three4(w->ray->origin);
+    float reach = reach_of(origin, &tlas->tree.boxes[0]),
+          pad = min1(reach * PAD_WORLD * tlas->spread, BOX_COORDINATE_MOST);
+    space world = make_space(origin, direction, exponent, reach, pad, w->ray->t_min);
     float limit = scale_by(w->best.t, world.exponent);
     stack_entry stack[TREE_STACK];
     uint32_t height = 0;
@@ -464,7 +492,7 @@ CLAST_LANES void traverse(const clast_tlas *tlas, traversal *w)
             box_hits hits = test_boxes(&world, &g, &node->boxes, limit);
             hits.bits &= (1u << node->child_count) - 1u;
             if (hits.bits != 0) {
-                top = nearest_child(stack, &height, node->children, &hits);
+                top = nearest_child(stack, &height, node->children, &hits, NULL);
                 continue;
             }
         } else if (enter_instance(w, &tlas->placements[top.child & ~CLAST_CHILD_ITEM], direction, exponent)) {
@@ -482,23 +510,33 @@ CLAST_LANES void traverse(const clast_tlas *tlas, traversal *w)
     }
 }
 
+CLAST_LANES void traverse(const clast_tlas *tlas, traversal *w)
+{
+    const clast_ray *ray = w->ray;
+    w->best = (clast_hit){.t = ray->t_max <= FLT_MAX ? ray->t_max : FLT_MAX, .instance = CLAST_NONE};
+    w->best_placement = NULL;
+    w->steps = 0;
+    if (tlas->tree.node_count == 0 || !is_valid_ray(ray)) {
+        return;
+    }
+    int exponent = exponent_of(largest_of(ray->direction));
+    clast_floats4 direction = scale_lanes(load_three4(ray->direction), -exponent);
+    if (tlas->placement_count > 1) {
+        traverse_tlas(tlas, w, direction, exponent);
+    } else if (enter_instance(w, &tlas->placements[0], direction, exponent)) {
+        traverse_blas(w); // alone: its own tree says whether the ray meets it
+    }
+}
+
 // -------------------------------------------------------------------------------------------------------------- results
 
 // A vector in the world, scaled by a power of two so that its largest component is in [1, 2): products of two neither
 // overflow nor vanish.
 static vec3 world_edge(const clast_placement *placement, const float *from, const float *to)
 {
-    float edge[3], world[3];
-    for (int axis = 0; axis < 3; axis++) {
-        edge[axis] = to[axis] - from[axis];
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        const float *row = placement->to_world[axis];
-        world[axis] = row[0] * edge[0] + row[1] * edge[1] + row[2] * edge[2];
-    }
-    float largest = largest_of(world);
-    int exponent = largest > 0.0f && largest <= FLT_MAX ? exponent_of(largest) : 0;
-    return vec3(scale_by(world[0], -exponent), scale_by(world[1], -exponent), scale_by(world[2], -exponent));
+    clast_floats4 world = apply(placement->to_world, load_three4(to) - load_three4(from));
+    float largest = largest_lane(abs4(world));
+    return (vec3)scale_lanes(world, largest > 0.0f && largest <= FLT_MAX ? -exponent_of(largest) : 0);
 }
 
 static void store_normal(traversal *w)

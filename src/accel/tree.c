@@ -20,10 +20,6 @@ enum {
     ROOTS = TREE_WIDTH + 1, // costs are kept for 1 to 8 roots, by number
 };
 
-// Expected costs of visiting, for the area of the whole.
-#define COST_NODE 1.0f
-#define COST_ITEM 1.5f
-
 clast_box clast_box_empty(void)
 {
     return (clast_box){{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
@@ -307,7 +303,7 @@ static void gather_costs(builder *b, uint32_t number)
     float area = span_area(node->lower, node->upper);
     if (node->right == 0) {
         for (int n = 1; n < ROOTS; n++) {
-            costs[n] = area * COST_ITEM;
+            costs[n] = 0.0f; // items are visited alike, however they are gathered
             shares[n] = 0;
         }
         return;
@@ -324,7 +320,7 @@ static void gather_costs(builder *b, uint32_t number)
             }
         }
     }
-    costs[1] = area * COST_NODE + costs[TREE_WIDTH];
+    costs[1] = area + costs[TREE_WIDTH];
     shares[1] = 0;
     for (int n = 2; n < TREE_WIDTH; n++) { // the last is for this node as a root: it must be opened
         if (costs[n] >= costs[n - 1]) {

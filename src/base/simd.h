@@ -96,6 +96,11 @@ CLAST_LANES clast_floats8 max8(clast_floats8 a, clast_floats8 b)
 #endif
 }
 
+CLAST_LANES clast_floats4 abs4(clast_floats4 a)
+{
+    return (clast_floats4)((clast_ints4)a & (clast_ints4){INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX});
+}
+
 CLAST_LANES clast_floats4 min4(clast_floats4 a, clast_floats4 b)
 {
 #if defined(__AVX2__) || defined(__SSE4_2__)
@@ -145,6 +150,28 @@ CLAST_LANES clast_floats8 load_bytes8(const uint8_t *bytes)
         floats[i] = (float)bytes[i];
     }
     return floats;
+#endif
+}
+
+// Four bytes as integers.
+CLAST_LANES clast_ints4 load_bytes4(const uint8_t *bytes)
+{
+#if defined(__AVX2__) || defined(__SSE4_2__)
+    int32_t all;
+    memcpy(&all, bytes, sizeof all);
+    return (clast_ints4)_mm_cvtepu8_epi32(_mm_cvtsi32_si128(all));
+#else
+    return (clast_ints4){bytes[0], bytes[1], bytes[2], bytes[3]};
+#endif
+}
+
+// One lane of four, eight times.
+CLAST_LANES clast_floats8 splat_lane8(clast_floats4 v, int lane)
+{
+#if defined(__AVX2__)
+    return (clast_floats8)_mm256_permutevar8x32_ps(_mm256_castps128_ps256((__m128)v), _mm256_set1_epi32(lane));
+#else
+    return splat8(v[lane]);
 #endif
 }
 

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory that runs out at any moment: an error, nothing lost, nothing left over, and what was there still works.
+#include "test.h"
+
+#include "accel/meshes.h"
+
+typedef struct tap {
+    uint32_t left; // allocations until one fails
+    int64_t held;
+} tap;
+
+static void *tapped(void *user, void *pointer, size_t old_size, size_t new_size)
+{
+    tap *t = user;
+    if (new_size != 0 && pointer == NULL && t->left-- == 0) {
+        return NULL;
+    }
+    if (new_size == 0) {
+        t->held -= (int64_t)old_size;
+        free(pointer);
+        return NULL;
+    }
+    void *moved = realloc(pointer, new_size);
+    t->held += moved != NULL ? (int64_t)new_size - (int64_t)(pointer != NULL ? old_size : 0) : 0;
+    return moved;
+}
+
+// All calls that allocate, in turn; the first failure ends it.
+static clast_status build_all(clast_context *context, const mesh *m)
+{
+    clustered c = {0};
+    clast_tlas *tlas = NULL;
+    uint32_t grid;
+    clast_status status = clustered_make(context, m, 64, &c);
+    status = status == CLAST_OK ? clast_template_set_add_grid(c.set, 11, 11, &grid) : status;
+    status = status == CLAST_OK ? clast_clas_pool_reserve(c.pool, 1000) : status;
+    status = status == CLAST_OK ? clast_tlas_create(context, &tlas) : status;
+    clast_tlas_instance instances[3] = {instance_of(c.blas, 0), instance_of(c.blas, 1), instance_of(c.blas, 2)};
+    status = status == CLAST_OK ? clast_tlas_build(tlas, instances, 3) : status;
+    clast_tlas_destroy(tlas);
+    clustered_free(&c);
+    return status;
+}
+
+static void every_allocation_may_fail(void **state)
+{
+    (void)state;
+    mesh m = mesh_terrain(30, 0.1f, 1);
+    for (uint32_t failing = 0;; failing++) {
+        tap t = {.left = UINT32_MAX};
+        clast_context *context;
+        clast_context_desc desc = {.memory = {tapped, &t}, .threads = 2};
+        assert_int_equal(clast_context_create(&desc, &context), CLAST_OK);
+        t.left = failing;
+        clast_status status = build_all(context, &m);
+        clast_context_destroy(context);
+        assert_int_equal(t.held, 0);
+        if (status == CLAST_OK) {
+            assert_true(failing > 20);
+            break;
+        }
+        assert_int_equal(status, CLAST_ERROR_OUT_OF_MEMORY);
+    }
+    mesh_free(&m);
+}
+
+static void a_failed_build_leaves_an_empty_tree(void **state)
+{
+    (void)state;
+    mesh m = mesh_terrain(30, 0.1f, 1);
+    tap t = {.left = UINT32_MAX};
+    clast_context *context;
+    clast_context_desc desc = {.memory = {tapped, &t}, .threads = 1};
+    assert_int_equal(clast_context_create(&desc, &context), CLAST_OK);
+    clustered c;
+    clast_tlas *tlas;
+    assert_ok(context, clustered_make(context, &m, 64, &c));
+    assert_ok(context, clast_tlas_create(context, &tlas));
+    clast_tlas_instance instances[2] = {instance_of(c.blas, 0), instance_of(c.blas, 1)};
+    assert_ok(context, clast_tlas_build(tlas, instances, 2));
+    t.left = 0;
+    clast_ray ray = {{0.3f, 0.4f, 1}, 0, {0, 0, -1}, INFINITY};
+    clast_hit hit;
+    assert_int_equal(clast_tlas_build(tlas, instances, 2), CLAST_ERROR_OUT_OF_MEMORY);
+    clast_trace_closest(tlas, &ray, 1, NULL, &hit);
+    assert_int_equal(hit.instance, CLAST_NONE);
+    t.left = 0;
+    assert_int_equal(clast_blas_build(c.blas, NULL, c.cluster_count), CLAST_ERROR_OUT_OF_MEMORY);
+    t.left = UINT32_MAX;
+    assert_ok(context, clast_tlas_build(tlas, instances, 2));
+    clast_trace_closest(tlas, &ray, 1, NULL, &hit);
+    assert_int_equal(hit.instance, CLAST_NONE);
+    assert_ok(context, clast_blas_build(c.blas, NULL, c.cluster_count));
+    assert_ok(context, clast_tlas_build(tlas, instances, 2));
+    clast_trace_closest(tlas, &ray, 1, NULL, &hit);
+    assert_int_equal(hit.instance, 0);
+    clast_tlas_destroy(tlas);
+    clustered_free(&c);
+    clast_context_destroy(context);
+    assert_int_equal(t.held, 0);
+    mesh_free(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_allocation_may_fail),
+        cmocka_unit_test(a_failed_build_leaves_an_empty_tree),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
