@@ -69,7 +69,7 @@ typedef struct clast_material_desc {
     float occlusion_strength;
     float alpha_cutoff; /**< for CLAST_ALPHA_MASK */
     clast_alpha_mode alpha_mode;
-    bool double_sided;
+    bool double_sided;       /**< else the camera looks through backs (clockwise triangles); light never does */
     clast_texture_slot base_colour_texture;
     clast_texture_slot metallic_roughness_texture; /**< green roughness, blue metallic */
     clast_texture_slot normal_texture;
@@ -77,7 +77,7 @@ typedef struct clast_material_desc {
     clast_texture_slot emissive_texture;
 } clast_material_desc;
 
-/** White, rough, not metallic, without textures. */
+/** Light grey, rough, not metallic, double sided, without textures. */
 CLAST_API clast_material_desc clast_material_defaults(void);
 
 /** Each adds a copy and gives its number. `name` may be null. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY. */

@@ -44,6 +44,31 @@ static clast_status report(const clast_frame *frame, const clast_render_target *
     return clast_progress(frame->context, "render", done, 2 * bands * target->settings.spp);
 }
 
+enum { BACKS_MOST = 64 }; // that an eye looks through; what lies behind as many is seen all the same
+
+static bool is_hidden_back(const clast_frame *frame, const clast_ray *ray, const clast_hit *hit)
+{
+    const float *n = hit->normal, *d = ray->direction;
+    if (hit->instance == CLAST_NONE || n[0] * d[0] + n[1] * d[1] + n[2] * d[2] <= 0.0f) {
+        return false;
+    }
+    const clast_material *material;
+    clast_hit_alpha(frame, hit, &material);
+    return material->double_sided == 0;
+}
+
+// The eye looks through the backs of single-sided surfaces (glTF 2.0, material.doubleSided). Light does not: to it they are
+// as solid as any, so that a wall casts its shadow from both sides.
+static void look_through_backs(const clast_frame *frame, const clast_hit_filter *filter, clast_ray ray, clast_hit *hit)
+{
+    for (int backs = 0; backs < BACKS_MOST && is_hidden_back(frame, &ray, hit); backs++) {
+        uint32_t steps = hit->steps;
+        ray.t_min = nextafterf(hit->t, INFINITY);
+        clast_trace_closest(frame->tlas, &ray, 1, filter, hit);
+        hit->steps += steps;
+    }
+}
+
 static void trace_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch, clast_tile tile)
 {
     uint32_t count = tile.width * tile.height;
@@ -55,6 +80,7 @@ static void trace_tile(const clast_frame *frame, clast_render_target *target, cl
     clast_hit_filter filter = {clast_alpha_accepts_by_chance, (void *)frame};
     clast_trace_closest(frame->tlas, scratch->rays, count, &filter, scratch->hits);
     for (uint32_t i = 0; i < count; i++) {
+        look_through_backs(frame, &filter, scratch->rays[i], &scratch->hits[i]);
         size_t pixel = (size_t)(tile.y + i / tile.width) * target->width + tile.x + i % tile.width;
         clast_visibility seen = clast_visibility_of_hit(&scratch->hits[i]);
         target->visibility[pixel] = seen;

@@ -190,6 +190,7 @@ clast_material_desc clast_material_defaults(void)
         .normal_scale = 1.0f,
         .occlusion_strength = 1.0f,
         .alpha_cutoff = 0.5f,
+        .double_sided = true,
         .base_colour_texture = empty_slot(),
         .metallic_roughness_texture = empty_slot(),
         .normal_texture = empty_slot(),

@@ -181,6 +181,45 @@ static void shadows_honour_alpha(void **state)
     picture_close(&p);
 }
 
+static void the_eye_looks_through_backs_of_single_sided_surfaces_only(void **state)
+{
+    for (int double_sided = 0; double_sided < 2; double_sided++) {
+        picture p = picture_open(*state, 9, 1);
+        clast_material_desc desc = clast_material_defaults();
+        desc.double_sided = double_sided != 0;
+        uint32_t material;
+        assert_ok(p.context, clast_scene_add_material(p.scene, &desc, NULL, &material));
+        uint32_t front = picture_add_square(&p, ORIGIN, vec3(1, 0, 0), vec3(0, 1, 0), material);
+        picture_add_square(&p, vec3(0, 0, 1), vec3(-1, 0, 0), vec3(0, 1, 0), material); // its back is seen
+        uint32_t back = front + 1;
+        picture_look(&p, vec3(0, 0, 3), ORIGIN, 0.5f);
+        picture_build(&p);
+        assert_ok(p.context, picture_try(&p, all_views, CLAST_VIEW_COUNT_));
+        const uint32_t *instances = p.pixels[CLAST_VIEW_INSTANCE];
+        assert_int_equal(instances[9 * 4 + 4], double_sided ? back : front);
+        picture_close(&p);
+    }
+}
+
+static void backs_of_single_sided_surfaces_cast_shadows(void **state)
+{
+    picture p = picture_open(*state, 9, 1);
+    p.settings.bounces = 1;
+    clast_light_desc light = {
+        .type = CLAST_LIGHT_DIRECTIONAL, .direction = {0, 0, -1}, .colour = {1, 1, 1}, .intensity = 3.0f};
+    clast_material_desc desc = clast_material_defaults();
+    desc.double_sided = false;
+    uint32_t number, material;
+    assert_ok(p.context, clast_scene_add_light(p.scene, &light, NULL, &number));
+    assert_ok(p.context, clast_scene_add_material(p.scene, &desc, NULL, &material));
+    picture_add_square(&p, ORIGIN, vec3(1, 0, 0), vec3(0, 1, 0), material);
+    picture_add_square(&p, vec3(0, 0, 1), vec3(-3, 0, 0), vec3(0, 3, 0), material);
+    picture_look(&p, vec3(0, 0, 3), ORIGIN, 0.2f);
+    picture_render(&p);
+    assert_near(picture_mean(&p), 0.0, 0.0);
+    picture_close(&p);
+}
+
 // ------------------------------------------------------------------------------------------------- cancel, and failures
 
 typedef struct patience {
@@ -296,6 +335,8 @@ int main(void)
         CONTEXT_TEST(views_say_what_is_there),
         CONTEXT_TEST(alpha_lets_light_through_as_its_mode_says),
         CONTEXT_TEST(shadows_honour_alpha),
+        CONTEXT_TEST(the_eye_looks_through_backs_of_single_sided_surfaces_only),
+        CONTEXT_TEST(backs_of_single_sided_surfaces_cast_shadows),
         cmocka_unit_test(a_cancelled_render_keeps_what_it_has),
         cmocka_unit_test(a_render_without_memory_fails_and_leaves_nothing),
         CONTEXT_TEST(every_view_can_be_shown),
