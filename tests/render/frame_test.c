@@ -183,15 +183,21 @@ static void shadows_honour_alpha(void **state)
 
 static void the_eye_looks_through_backs_of_single_sided_surfaces_only(void **state)
 {
-    for (int double_sided = 0; double_sided < 2; double_sided++) {
+    for (int round = 0; round < 4; round++) {
+        bool double_sided = round % 2 != 0, mirrored = round / 2 != 0;
         picture p = picture_open(*state, 9, 1);
         clast_material_desc desc = clast_material_defaults();
-        desc.double_sided = double_sided != 0;
+        desc.double_sided = double_sided;
         uint32_t material;
         assert_ok(p.context, clast_scene_add_material(p.scene, &desc, NULL, &material));
         uint32_t front = picture_add_square(&p, ORIGIN, vec3(1, 0, 0), vec3(0, 1, 0), material);
         picture_add_square(&p, vec3(0, 0, 1), vec3(-1, 0, 0), vec3(0, 1, 0), material); // its back is seen
         uint32_t back = front + 1;
+        const float mirror[12] = {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}; // fronts stay fronts
+        if (mirrored) {
+            assert_ok(p.context, clast_scene_set_instance_transform(p.scene, front, mirror));
+            assert_ok(p.context, clast_scene_set_instance_transform(p.scene, back, mirror));
+        }
         picture_look(&p, vec3(0, 0, 3), ORIGIN, 0.5f);
         picture_build(&p);
         assert_ok(p.context, picture_try(&p, all_views, CLAST_VIEW_COUNT_));
