@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command's own needs of the machine that the library has no use for: terminals and signals.
+#include <limits.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -39,13 +41,18 @@ bool clast_is_terminal(FILE *stream)
     return isatty(fileno(stream)) == 1;
 }
 
+// The folder of a path must take a new file, which is renamed when whole; a device is written to as it is.
 bool clast_can_write(const char *path)
 {
     struct stat about;
-    if (stat(path, &about) == 0 && !S_ISREG(about.st_mode)) {
-        return false; // a folder or a device would be replaced by the finished file
+    char real[PATH_MAX]; // behind links
+    if (realpath(path, real) != NULL) {
+        path = real;
     }
-    char folder[4096] = ".";
+    if (stat(path, &about) == 0 && !S_ISREG(about.st_mode)) {
+        return !S_ISDIR(about.st_mode) && access(path, W_OK) == 0;
+    }
+    char folder[PATH_MAX] = ".";
     const char *slash = strrchr(path, '/');
     if (slash != NULL) {
         size_t length = slash == path ? 1 : (size_t)(slash - path);

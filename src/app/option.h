@@ -19,7 +19,8 @@ typedef enum clast_verb { CLAST_VERB_LIST(CLAST_ENUMERATOR) CLAST_VERB_COUNT_ } 
 // X(name, value, text): what the command's exit code says.
 #define CLAST_EXIT_LIST(X) \
     X(CLAST_EXIT_SUCCESS, 0, "all is done; compare: the images agree") \
-    X(CLAST_EXIT_FAILURE, 1, "the input or the work failed, and nothing was written; compare: the images differ") \
+    X(CLAST_EXIT_FAILURE, 1, \
+      "the input or the work failed, and no file is left half written; compare: the images differ") \
     X(CLAST_EXIT_USAGE, 2, "the command line is wrong; compare: an image could not be read, or the sizes differ") \
     X(CLAST_EXIT_CANCELLED, 3, "stopped by an interrupt; what was rendered until then is written")
 

@@ -32,6 +32,25 @@ fails 1 'camera' render --camera nobody "$DATA/box.obj" other.png
 fails 1 'missing.hdr' render --env missing.hdr --width 8 --height 8 "$DATA/box.obj" other.png
 fails 1 'memory' render --memory 100K "$DATA/box.obj" other.png
 absent other.png nowhere
+small='--quiet --width 8 --height 8 --spp 1'
+# shellcheck disable=SC2086 # lists of words
+works render $small --json=/dev/null "$DATA/box.obj" picture.png
+[ -c /dev/null ] || wrong "/dev/null was replaced"
+# What cannot be written in the end leaves the file before as it was.
+cp picture.png before.png
+if [ -c /dev/full ]; then
+    # shellcheck disable=SC2086 # lists of words
+    fails 1 '/dev/full' render $small --json=/dev/full "$DATA/box.obj" picture.png
+    "$CLAST" help >/dev/full 2>err.txt
+    [ $? -eq 1 ] || wrong "help on a full disk did not fail"
+fi
+same picture.png before.png
+# Links stay links.
+ln -s picture.png link.png
+# shellcheck disable=SC2086 # lists of words
+works render $small --seed 3 "$DATA/box.obj" link.png
+[ -L link.png ] || wrong "the link was replaced"
+cmp -s picture.png before.png && wrong "what the link names was not written"
 : >file
 fails 1 'file' generate --detail 0.02 canyon file/below
 ls -A | grep -q '\.png\.' && wrong "a temporary file is left: $(ls -A)"
