@@ -69,7 +69,7 @@ typedef struct clast_material_desc {
     float occlusion_strength;
     float alpha_cutoff; /**< for CLAST_ALPHA_MASK */
     clast_alpha_mode alpha_mode;
-    bool double_sided;       /**< else the camera looks through backs (clockwise triangles); light never does */
+    bool double_sided; /**< else the camera looks through backs (clockwise triangles); light never does */
     clast_texture_slot base_colour_texture;
     clast_texture_slot metallic_roughness_texture; /**< green roughness, blue metallic */
     clast_texture_slot normal_texture;
