@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "clast/clast.h"
+#include "scene/scene.h"
 
 enum { WIDTH = 48, HEIGHT = 36, PIXELS = WIDTH * HEIGHT };
 
@@ -52,6 +53,14 @@ static bool is_model(const char *path)
         }
     }
     return false;
+}
+
+// Some models show their backs to the camera, which it looks through.
+static void show_backs(clast_scene *scene)
+{
+    for (size_t i = 0; i < scene->material_count; i++) {
+        scene->materials[i].record.double_sided = 1;
+    }
 }
 
 // False for a scene that is empty, or so thin that its camera sees nothing of it.
@@ -108,6 +117,7 @@ static int visit(const char *path, const struct stat *information, int type, str
         clast_scene_counts counts;
         clast_render_statistics statistics = {0};
         clast_scene_count(scene, &counts);
+        show_backs(scene);
         status = render(scene, &made, &statistics);
         const char *fault = status != CLAST_OK ? clast_context_error(walk_context)
                                                : find_fault(scene, &counts, &made, &statistics);
