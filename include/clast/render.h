@@ -44,7 +44,8 @@ CLAST_API void clast_renderer_destroy(clast_renderer *renderer);
 CLAST_API clast_status clast_renderer_commit(clast_renderer *renderer, const clast_render_settings *settings);
 
 /** Rays against the scene as last committed; from any number of threads at once. Hits name the scene's instances. Alpha
- *  masks are honoured; blended surfaces count as hit where their alpha is at least a half. */
+ *  masks are honoured; blended surfaces count as hit where their alpha is at least a half. The scene must not be edited
+ *  meanwhile. After clast_scene_set_mesh_positions these calls are refused (STATE) until the next commit. */
 CLAST_API clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const clast_ray *rays, size_t count,
                                                     clast_hit *hits);
 CLAST_API clast_status clast_renderer_trace_any(const clast_renderer *renderer, const clast_ray *rays, size_t count,

@@ -67,6 +67,7 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
         status = clast_frame_run(frame, renderer->backend, CLAST_PASS_ANIMATE, last, NULL);
     }
     renderer->is_committed = status == CLAST_OK;
+    renderer->position_version = renderer->scene->position_version;
     return status;
 }
 
@@ -82,6 +83,19 @@ clast_status clast_renderer_commit(clast_renderer *renderer, const clast_render_
 
 // ------------------------------------------------------------------------------------------------------------- rays
 
+// Positions that were replaced are gone: until the next commit there is nothing to trace or look at.
+static clast_status check_committed(const clast_renderer *renderer, const char *call)
+{
+    if (!renderer->is_committed) {
+        return clast_fail(renderer->context, CLAST_ERROR_STATE, "%s: the renderer has not committed its scene", call);
+    }
+    if (renderer->position_version != renderer->scene->position_version) {
+        return clast_fail(renderer->context, CLAST_ERROR_STATE, "%s: positions were replaced: commit the scene first",
+                          call);
+    }
+    return CLAST_OK;
+}
+
 static clast_status check_rays(const clast_renderer *renderer, const clast_ray *rays, size_t count, const void *results)
 {
     if (renderer == NULL) {
@@ -91,10 +105,7 @@ static clast_status check_rays(const clast_renderer *renderer, const clast_ray *
         return clast_fail(renderer->context, CLAST_ERROR_INVALID_ARGUMENT,
                           "trace: the rays or the place for results are null");
     }
-    if (!renderer->is_committed) {
-        return clast_fail(renderer->context, CLAST_ERROR_STATE, "trace: the renderer has not committed its scene");
-    }
-    return CLAST_OK;
+    return check_committed(renderer, "trace");
 }
 
 clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const clast_ray *rays, size_t count,
@@ -137,8 +148,9 @@ clast_status clast_renderer_locate(const clast_renderer *renderer, const clast_h
     if (renderer == NULL || hit == NULL || surface == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
-    if (!renderer->is_committed) {
-        return clast_fail(renderer->context, CLAST_ERROR_STATE, "locate: the renderer has not committed its scene");
+    clast_status status = check_committed(renderer, "locate");
+    if (status != CLAST_OK) {
+        return status;
     }
     const clast_frame *frame = renderer->frame;
     bool is_known = hit->instance < renderer->scene->instance_count &&

@@ -11,7 +11,8 @@ struct clast_renderer {
     clast_cooked *cooked;
     clast_frame *frame;
     const clast_backend *backend;
-    bool is_committed;          // rays may be traced
+    bool is_committed;          // rays may be traced, where the next is the scene's
+    uint32_t position_version;  // of the scene, when it was committed
     char *environment_path;     // the image that settings.env named last; null where none
     uint32_t environment_image; // its number in the scene
 };

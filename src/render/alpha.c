@@ -4,10 +4,11 @@
 #include "render/surface.h"
 #include "shared/random.h"
 
-// A number in [0, 1) for a ray and a triangle: the same whenever a traversal comes upon it, whatever the order.
-static float chance(const clast_ray *ray, const clast_hit *hit)
+// A number in [0, 1) for a ray and a primitive: the same whenever a traversal comes upon it, in whatever order, and however
+// the mesh was cut into clusters.
+static float chance(const clast_ray *ray, uint32_t instance, uint32_t primitive)
 {
-    uint32_t bits = hash3(hit->instance, hit->cluster, hit->triangle);
+    uint32_t bits = hash2(instance, primitive);
     for (int i = 0; i < 3; i++) {
         bits = hash2(bits, floatBitsToUint(unsigned_zero(ray->direction[i])));
         bits = hash2(bits, floatBitsToUint(unsigned_zero(ray->origin[i])));
@@ -18,22 +19,20 @@ static float chance(const clast_ray *ray, const clast_hit *hit)
 bool clast_alpha_accepts(void *frame, const clast_ray *ray, const clast_hit *hit)
 {
     (void)ray;
-    const clast_material *material;
-    float alpha = clast_hit_alpha(frame, hit, &material);
-    switch (material->alpha_mode) {
-    case CLAST_ALPHA_MASK: return alpha >= material->alpha_cutoff;
-    case CLAST_ALPHA_BLEND: return alpha >= 0.5f;
+    clast_hit_surface surface = clast_surface_of_hit(frame, hit);
+    switch (surface.material->alpha_mode) {
+    case CLAST_ALPHA_MASK: return surface.alpha >= surface.material->alpha_cutoff;
+    case CLAST_ALPHA_BLEND: return surface.alpha >= 0.5f;
     default: return true;
     }
 }
 
 bool clast_alpha_accepts_by_chance(void *frame, const clast_ray *ray, const clast_hit *hit)
 {
-    const clast_material *material;
-    float alpha = clast_hit_alpha(frame, hit, &material);
-    switch (material->alpha_mode) {
-    case CLAST_ALPHA_MASK: return alpha >= material->alpha_cutoff;
-    case CLAST_ALPHA_BLEND: return chance(ray, hit) < alpha;
+    clast_hit_surface surface = clast_surface_of_hit(frame, hit);
+    switch (surface.material->alpha_mode) {
+    case CLAST_ALPHA_MASK: return surface.alpha >= surface.material->alpha_cutoff;
+    case CLAST_ALPHA_BLEND: return chance(ray, hit->instance, surface.primitive) < surface.alpha;
     default: return true;
     }
 }

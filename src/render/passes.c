@@ -52,9 +52,7 @@ static bool is_hidden_back(const clast_frame *frame, const clast_ray *ray, const
     if (hit->instance == CLAST_NONE || n[0] * d[0] + n[1] * d[1] + n[2] * d[2] <= 0.0f) {
         return false;
     }
-    const clast_material *material;
-    clast_hit_alpha(frame, hit, &material);
-    return material->double_sided == 0;
+    return clast_surface_of_hit(frame, hit).material->double_sided == 0;
 }
 
 // The eye looks through the backs of single-sided surfaces (glTF 2.0, material.doubleSided). Light does not: to it they are

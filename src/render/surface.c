@@ -203,7 +203,7 @@ void clast_shade_surface(const clast_frame *frame, const clast_srgb_table *table
     shade_normal(frame->scene, found->material, &found->surface, instance, table, view, point);
 }
 
-float clast_hit_alpha(const clast_frame *frame, const clast_hit *hit, const clast_material **material)
+clast_hit_surface clast_surface_of_hit(const clast_frame *frame, const clast_hit *hit)
 {
     const clast_frame_instance *instance = &frame->instances[frame->frame_instance_of[hit->instance]];
     const clast_frame_unit *unit = &frame->units[instance->unit];
@@ -211,7 +211,8 @@ float clast_hit_alpha(const clast_frame *frame, const clast_hit *hit, const clas
     clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster], hit->triangle,
                                                vec2(hit->u, hit->v));
     clast_source_surface surface = source->evaluate(unit->unit, &unit->pose, point);
-    *material = material_of(frame->scene, surface.material);
-    float alpha = (*material)->base_colour.v[3] * surface.colour[3];
-    return alpha * clast_texture_alpha(frame->scene, (*material)->base_colour_texture, surface.coordinates);
+    const clast_material *material = material_of(frame->scene, surface.material);
+    float alpha = material->base_colour.v[3] * surface.colour[3] *
+                  clast_texture_alpha(frame->scene, material->base_colour_texture, surface.coordinates);
+    return (clast_hit_surface){material, alpha, point.primitive};
 }

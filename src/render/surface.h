@@ -46,7 +46,12 @@ vec3 clast_emission(const clast_scene *scene, const clast_material *material, co
 // space.
 vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, float size, vec3 position);
 
-// A material and coordinates of a candidate hit, for alpha.
-float clast_hit_alpha(const clast_frame *frame, const clast_hit *hit, const clast_material **material);
+// A candidate hit as alpha sees it.
+typedef struct clast_hit_surface {
+    const clast_material *material;
+    float alpha;
+    uint32_t primitive; // the source's own, whatever clusters it was cut into
+} clast_hit_surface;
+clast_hit_surface clast_surface_of_hit(const clast_frame *frame, const clast_hit *hit);
 
 #endif

@@ -112,14 +112,17 @@ clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, 
                                     uint32_t block_count, const char *name, uint32_t *number)
 {
     clast_geometry added = {.kind = CLAST_SOURCE_CLUSTERS, .of.mesh = *mesh, .block_count = block_count};
-    memcpy(added.blocks, blocks, block_count * sizeof *blocks);
-    clast_status status = check_mesh(scene, mesh, name);
+    clast_status status = block_count <= CLAST_GEOMETRY_BLOCKS ? check_mesh(scene, mesh, name)
+                                                               : clast_fail(scene->context, CLAST_ERROR_LIMIT,
+                                                                            "a mesh of %u blocks: expected at most %d",
+                                                                            block_count, CLAST_GEOMETRY_BLOCKS);
     if (status != CLAST_OK) {
         for (uint32_t i = 0; i < block_count; i++) {
             clast_free(scene->context, blocks[i]);
         }
         return status;
     }
+    memcpy(added.blocks, blocks, block_count * sizeof *blocks);
     if (added.of.mesh.material == CLAST_NONE) {
         added.of.mesh.material = 0;
     }
@@ -232,15 +235,12 @@ clast_status clast_scene_set_mesh_positions(clast_scene *scene, uint32_t number,
             geometry->blocks[kept++] = geometry->blocks[i];
         }
     }
-    if (kept == sizeof geometry->blocks / sizeof *geometry->blocks) { // cannot be: positions were a block, or in a file
-        clast_free(context, block);
-        return clast_fail(context, CLAST_ERROR_LIMIT, "geometry %u has too many blocks", number);
-    }
-    geometry->blocks[kept++] = block;
+    geometry->blocks[kept++] = block; // there is room for it: CLAST_GEOMETRY_BLOCKS
     geometry->block_count = kept;
     geometry->of.mesh.positions = block;
     geometry->of.mesh.normals = normals != NULL ? block + count : NULL;
     geometry->version++;
+    scene->position_version++;
     return CLAST_OK;
 }
 

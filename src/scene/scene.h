@@ -20,6 +20,8 @@ typedef struct clast_scene_material {
     char *name;
 } clast_scene_material;
 
+enum { CLAST_GEOMETRY_BLOCKS = 9 }; // most blocks that a mesh comes with
+
 // A geometry: which source it is for, and that source's description. A mesh's arrays are the scene's own blocks, or lie in
 // one of the scene's mapped files.
 typedef struct clast_geometry {
@@ -30,7 +32,8 @@ typedef struct clast_geometry {
     } of;
     char *name;
     uint32_t version; // grows with each change
-    void *blocks[10]; // what of the arrays is to be freed
+    void *blocks[CLAST_GEOMETRY_BLOCKS +
+                 1]; // what of the arrays is to be freed; one more for positions that replace others
     uint32_t block_count;
 } clast_geometry;
 
@@ -77,6 +80,7 @@ struct clast_scene {
     uint32_t material_version; // each grows with a change of its arrays
     uint32_t instance_version;
     uint32_t light_version;
+    uint32_t position_version; // of all meshes: grows when positions are replaced
 };
 
 // A mesh with arrays that the scene takes over: blocks[] are freed with the scene, also where this call fails. Arrays that

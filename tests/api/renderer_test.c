@@ -90,6 +90,33 @@ static void edits_are_seen_by_the_next_commit(void **state)
     clast_scene_destroy(scene);
 }
 
+static void replaced_positions_need_a_commit(void **state)
+{
+    clast_context *context = *state;
+    uint32_t instance = 0;
+    clast_scene *scene = quad_scene(context, &instance);
+    clast_renderer *renderer = NULL;
+    assert_ok(context, clast_renderer_create(scene, &renderer));
+    assert_ok(context, clast_renderer_commit(renderer, NULL));
+    clast_hit hit = trace(context, renderer, 0.5f, 0.25f);
+    float positions[12];
+    for (int i = 0; i < 12; i++) {
+        positions[i] = quad_positions[i] + 3.0f;
+    }
+    assert_ok(context, clast_scene_set_mesh_positions(scene, 0, positions, NULL));
+    clast_ray ray = {.origin = {0, 0, 5}, .direction = {0, 0, -1}, .t_max = INFINITY};
+    clast_surface surface;
+    uint8_t occluded;
+    assert_int_equal(clast_renderer_locate(renderer, &hit, &surface), CLAST_ERROR_STATE);
+    assert_int_equal(clast_renderer_trace_closest(renderer, &ray, 1, &hit), CLAST_ERROR_STATE);
+    assert_int_equal(clast_renderer_trace_any(renderer, &ray, 1, &occluded), CLAST_ERROR_STATE);
+    assert_ok(context, clast_renderer_commit(renderer, NULL));
+    assert_int_equal(trace(context, renderer, 0.5f, 0.25f).instance, CLAST_NONE);
+    assert_int_equal(trace(context, renderer, 3.5f, 3.25f).instance, instance);
+    clast_renderer_destroy(renderer);
+    clast_scene_destroy(scene);
+}
+
 static void a_hit_is_located_on_the_surface(void **state)
 {
     clast_context *context = *state;
@@ -287,6 +314,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         CONTEXT_TEST(rays_need_a_commit),
         CONTEXT_TEST(edits_are_seen_by_the_next_commit),
+        CONTEXT_TEST(replaced_positions_need_a_commit),
         CONTEXT_TEST(a_hit_is_located_on_the_surface),
         CONTEXT_TEST(settings_out_of_range_are_named),
         CONTEXT_TEST(outputs_are_checked),
