@@ -20,7 +20,7 @@ static clast_status machine_map(void *user, const char *path, clast_file_view *v
 {
     (void)user;
     *view = (clast_file_view){0};
-    int file = open(path, O_RDONLY | O_CLOEXEC);
+    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); // a named pipe without a writer must not block
     if (file < 0) {
         return errno == ENOENT || errno == ENOTDIR ? CLAST_ERROR_FILE_NOT_FOUND : CLAST_ERROR_FILE_READ;
     }

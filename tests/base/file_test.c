@@ -207,6 +207,14 @@ static void what_cannot_be_mapped_is_told_apart(void **state)
     assert_null(view.data);
 }
 
+static void a_pipe_without_a_writer_is_refused_at_once(void **state)
+{
+    place *p = *state;
+    clast_file_view view;
+    assert_int_equal(mkfifo(p->path, 0600), 0);
+    assert_int_equal(clast_file_map(p->context, p->path, &view), CLAST_ERROR_FILE_READ);
+}
+
 static void an_empty_file_maps_to_no_bytes(void **state)
 {
     place *p = *state;
@@ -360,6 +368,7 @@ int main(void)
         PLACE_TEST(a_full_device_is_an_error),
         PLACE_TEST(a_link_to_a_file_stays_a_link),
         PLACE_TEST(what_cannot_be_mapped_is_told_apart),
+        PLACE_TEST(a_pipe_without_a_writer_is_refused_at_once),
         PLACE_TEST(an_empty_file_maps_to_no_bytes),
         cmocka_unit_test(a_write_that_fails_gives_the_output_up),
         cmocka_unit_test(some_of_the_hooks_are_too_few),
