@@ -10,7 +10,7 @@ static const double TRIANGLES = 1e6; // at detail 1
 // Towards the sun: low, from the right and a little behind the viewer, so that it rakes over the carving.
 static const float SUN[3] = {0.895f, 0.240f, 0.376f};
 static const float TURBIDITY = 3.0f;
-static const float EXPOSURE = 1.2f;
+static const float EXPOSURE = 1.35f;
 
 static const struct {
     const char *name;

@@ -110,25 +110,28 @@ float clast_hoop_relief(const clast_hoop *hoop, float u, float v)
     return relief_at(hoop, u, &p).metres;
 }
 
-// Pushes a place out of the balls that are broken away; gives how much of it is a fresh break.
-static float bite(const clast_hoop *hoop, vec3 *place)
+// Moves a place out of the balls that are broken away, towards `core`, the middle of the section: what is seen from there
+// as a height stays one, so that nothing folds over. Gives how much of it is a fresh break.
+static float bite(const clast_hoop *hoop, vec3 core, vec3 *place)
 {
     float fresh = 0.0f;
     for (uint32_t i = 0; i < hoop->bite_count; i++) {
-        vec3 middle = vec3(hoop->bites[i][0], hoop->bites[i][1], hoop->bites[i][2]);
-        vec3 away = *place - middle;
+        vec3 away = *place - vec3(hoop->bites[i][0], hoop->bites[i][1], hoop->bites[i][2]);
         float distance = length3(away), radius = hoop->bites[i][3];
         if (distance > 1.6f * radius || distance == 0.0f) {
             continue;
         }
-        vec3 direction = away * (1.0f / distance);
         // Conchoidal: facets and fine steps.
-        clast_cells facets = clast_cells3(direction * 2.6f + splat3((float)i), hoop->seed + 61);
-        float rough = 0.26f * (unit_float(facets.id) - 0.5f) +
-                      0.30f * clast_fractal3(direction * 2.2f + splat3((float)i), 4, hoop->seed + 62);
+        clast_cells facets = clast_cells3(*place * (2.4f / radius) + splat3((float)i), hoop->seed + 61);
+        float rough = 0.20f * (unit_float(facets.id) - 0.5f) +
+                      0.26f * clast_fractal3(*place * (1.8f / radius) + splat3((float)i), 4, hoop->seed + 62);
         float reach = radius * (1.0f + rough);
         if (distance < reach) {
-            *place = middle + direction * reach;
+            // Where the way to the core leaves the ball.
+            vec3 inwards = normalize3(core - *place);
+            float along = -dot3(away, inwards);
+            float exit = along + root(along * along + reach * reach - distance * distance);
+            *place = *place + inwards * min1(exit, 0.8f * length3(core - *place));
             fresh = max1(fresh, smooth_step(0.0f, 0.06f, reach - distance));
         }
     }
@@ -154,7 +157,7 @@ static void evaluate_hoop(const void *shape, float u, float v, clast_surface_poi
         shift = mix1(-hoop->end_drop, shift, end > 0.0f ? 1.0f : 0.0f);
     }
     point->position = place + vec3(c * p.normal_radial, s * p.normal_radial, p.normal_axial) * shift;
-    float fresh = bite(hoop, &point->position);
+    float fresh = bite(hoop, vec3(c * hoop->radius, s * hoop->radius, 0.0f), &point->position);
     carved.level = mix1(carved.level, 0.72f, fresh);
     point->colour = hoop->wear > 0.0f ? clast_carved_colour(hoop->colour, place, carved.level, hoop->seed)
                                       : hoop->colour * mix1(0.50f, 1.0f, carved.level);
