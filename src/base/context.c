@@ -15,7 +15,6 @@
 enum {
     ERROR_TEXT_SIZE = 1024,
     BLOCK_ALIGNMENT = 64,
-    THREADS_MOST = 1024,
     LARGE_PAGE = 2 << 20,
     LARGE_BLOCK = 16 << 20,
 };
@@ -78,7 +77,7 @@ static bool desc_is_valid(const clast_context_desc *desc)
     const clast_file_hook *file = &desc->file;
     int members = (file->map != NULL) + (file->unmap != NULL) + (file->create != NULL) + (file->write != NULL) +
                   (file->commit != NULL) + (file->discard != NULL);
-    return desc->threads <= THREADS_MOST && (members == 0 || members == 6);
+    return desc->threads <= CLAST_THREADS_MOST && (members == 0 || members == 6);
 }
 
 clast_status clast_context_create(const clast_context_desc *desc, clast_context **context)

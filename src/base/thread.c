@@ -185,7 +185,7 @@ uint32_t clast_processor_count(void)
     if (count <= 0) {
         count = sysconf(_SC_NPROCESSORS_ONLN);
     }
-    return count < 1 ? 1 : count > 1024 ? 1024 : (uint32_t)count;
+    return count < 1 ? 1 : count > CLAST_THREADS_MOST ? CLAST_THREADS_MOST : (uint32_t)count;
 }
 
 double clast_clock(void)

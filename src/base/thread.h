@@ -6,6 +6,8 @@
 
 #include "base/context.h"
 
+enum { CLAST_THREADS_MOST = 1024 };
+
 // Elements [begin, end). `worker` is below clast_worker_count() and unique among those running at the same time for one
 // call of clast_parallel_for: an index for scratch memory.
 typedef void (*clast_range_function)(void *data, size_t begin, size_t end, uint32_t worker);

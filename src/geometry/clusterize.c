@@ -5,8 +5,9 @@
 
 #include "base/thread.h"
 #include "geometry/cut.h"
+#include "shared/limits.h"
 
-enum { TRIANGLE_GRAIN = 16384, LIMIT_MOST = 256, LIMIT_DEFAULT = 128, STACK_MOST = 64 };
+enum { TRIANGLE_GRAIN = 16384, STACK_MOST = 64 };
 
 // A range that one thread cuts to the end.
 typedef struct task {
@@ -40,12 +41,12 @@ static clast_status refuse(clast_context *context, const char *what)
 static clast_status check(clusterizer *c)
 {
     const clast_clusterize_desc *desc = c->desc;
-    c->limits.triangles = desc->max_triangles != 0 ? desc->max_triangles : LIMIT_DEFAULT;
-    c->limits.vertices = desc->max_vertices != 0 ? desc->max_vertices : LIMIT_DEFAULT;
-    if (c->limits.triangles > LIMIT_MOST) {
+    c->limits.triangles = desc->max_triangles != 0 ? desc->max_triangles : CLUSTER_TRIANGLES;
+    c->limits.vertices = desc->max_vertices != 0 ? desc->max_vertices : CLUSTER_VERTICES;
+    if (c->limits.triangles > TEMPLATE_TRIANGLES) {
         return refuse(c->context, "max_triangles: expected 0 to 256");
     }
-    if (c->limits.vertices < 3 || c->limits.vertices > LIMIT_MOST) {
+    if (c->limits.vertices < 3 || c->limits.vertices > TEMPLATE_VERTICES) {
         return refuse(c->context, "max_vertices: expected 0, or 3 to 256");
     }
     if (desc->triangle_count > UINT32_MAX - 1 || desc->position_count > UINT32_MAX - 1) {

@@ -33,6 +33,15 @@ static inline bool clast_bytes_read(clast_bytes bytes, uint64_t offset, void *va
     return true;
 }
 
+// Whether this machine stores the low byte first.
+static inline bool clast_is_little_endian(void)
+{
+    uint16_t one = 1;
+    unsigned char first;
+    memcpy(&first, &one, 1);
+    return first == 1;
+}
+
 static inline bool clast_bytes_begin_with(clast_bytes bytes, const char *text)
 {
     size_t length = strlen(text);

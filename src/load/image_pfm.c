@@ -11,14 +11,6 @@ static uint32_t swapped(uint32_t word)
     return word >> 24 | (word >> 8 & 0xff00) | (word << 8 & 0xff0000) | word << 24;
 }
 
-static bool is_little_endian(void)
-{
-    uint16_t one = 1;
-    unsigned char first;
-    memcpy(&first, &one, 1);
-    return first == 1;
-}
-
 static const char *skip_space(const char *at, const char *end)
 {
     while (at < end && (*at == ' ' || *at == '\n' || *at == '\r' || *at == '\t')) {
@@ -52,7 +44,7 @@ clast_status clast_pfm_decode(clast_context *context, const char *name, clast_by
     }
     uint64_t offset = (uint64_t)(at - (const char *)bytes.data) + 1;
     size_t row = (size_t)image->width * channels;
-    bool swap = (values[2] < 0) != is_little_endian();
+    bool swap = (values[2] < 0) != clast_is_little_endian();
     uint32_t *pixels = (uint32_t *)image->pixels;
     for (uint32_t y = 0; y < image->height; y++) {
         uint32_t *to = pixels + (image->height - 1 - y) * row;
@@ -74,7 +66,7 @@ void clast_pfm_encode(clast_file_output *output, const clast_image *image)
     size_t row = (size_t)image->width * image->channels;
     const float *pixels = image->pixels;
     clast_file_print(output, "P%c\n%u %u\n%s\n", image->channels == 3 ? 'F' : 'f', image->width, image->height,
-                     is_little_endian() ? "-1.0" : "1.0");
+                     clast_is_little_endian() ? "-1.0" : "1.0");
     for (uint32_t y = image->height; y-- > 0;) {
         clast_file_write(output, pixels + y * row, row * sizeof *pixels);
     }

@@ -78,14 +78,6 @@ static bool size_is_possible(const png_job *job)
     return packed / 1032 <= job->bytes.size;
 }
 
-static bool is_little_endian(void)
-{
-    uint16_t one = 1;
-    unsigned char first;
-    memcpy(&first, &one, 1);
-    return first == 1;
-}
-
 static bool read_header(png_job *job)
 {
     png_structp png = job->png;
@@ -97,7 +89,7 @@ static bool read_header(png_job *job)
         png_error(png, "the file is too short for the size of its picture");
     }
     png_set_expand(png);
-    if (is_little_endian()) {
+    if (clast_is_little_endian()) {
         png_set_swap(png);
     }
     png_set_interlace_handling(png);
@@ -177,7 +169,7 @@ static bool run_encode(png_job *job)
     png_set_IHDR(job->png, job->info, image->width, image->height, (int)size * 8, types[image->channels - 1],
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_write_info(job->png, job->info);
-    if (size == 2 && is_little_endian()) {
+    if (size == 2 && clast_is_little_endian()) {
         png_set_swap(job->png);
     }
     for (uint32_t y = 0; y < image->height; y++) {

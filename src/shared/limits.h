@@ -13,6 +13,5 @@ LIMIT(TEMPLATE_VERTICES, 256u, "most vertices of any template, so that an index 
 LIMIT(BLOCK_TRIANGLES, 8u, "triangles of a block of a treelet, tested at once")
 LIMIT(GRID_SEGMENTS, 11u, "most segments along a side of a grid template")
 LIMIT(RATE_STEPS, 16u, "steps of the rate ladder to the next power of two: 2^(-k/16)")
-LIMIT(WEIGHT_ONE, 32768u, "a barycentric weight of one; 15 bits, so that a product with a float rounds once")
 
 #endif
