@@ -200,7 +200,7 @@ static void fill_structure(clast_context *context, structure *s, const clast_clu
 static void build_tlas(clast_context *context, structure *s)
 {
     clast_tlas_instance instance = instance_of(s->blas, 0);
-    check(clast_tlas_build(s->tlas, &instance, 1), context);
+    check(clast_tlas_build(s->tlas, &instance, 1, CLAST_BUILD_BEST), context);
 }
 
 static structure build_structure(clast_context *context, const workload *w)
@@ -224,7 +224,7 @@ static structure build_structure(clast_context *context, const workload *w)
     check(clast_blas_create(s.pool, &s.blas), context);
     check(clast_tlas_create(context, &s.tlas), context);
     fill_structure(context, &s, &clusters);
-    check(clast_blas_build(s.blas, NULL, s.cluster_count), context);
+    check(clast_blas_build(s.blas, NULL, s.cluster_count, CLAST_BUILD_BEST), context);
     build_tlas(context, &s);
     s.build_seconds = bench_seconds() - begun;
     clast_clusters_free(context, &clusters);

@@ -112,6 +112,21 @@ CLAST_API clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t firs
 CLAST_API void clast_clas_pool_truncate(clast_clas_pool *pool, size_t count);
 /** Fits the boxes of slots [first, first + count) anew, after their vertices changed. Parallel. */
 CLAST_API clast_status clast_clas_refit(clast_clas_pool *pool, size_t first, size_t count);
+
+/** Where clusters take their vertices from: a mesh's own array, which several clusters share. */
+typedef struct clast_clas_gather {
+    const float *positions; /**< the shared vertices, 3 floats each */
+    size_t position_count;
+    const uint32_t *numbers; /**< of the position of each vertex of each cluster; each below position_count */
+    const uint32_t
+        *first; /**< for each slot of the pool: where its vertices begin in `numbers` and, times 3, in `vertices` */
+    float *vertices; /**< what the clusters were instantiated with: a slot's are at vertices + 3 * first[slot] */
+} clast_clas_gather;
+
+/** Copies the vertices of slots [first, first + count) from shared ones, and fits the slots' boxes, in one pass. Parallel.
+ *  INVALID_ARGUMENT where a number is out of range; the slot's vertices are undefined then. */
+CLAST_API clast_status clast_clas_refit_gathered(clast_clas_pool *pool, size_t first, size_t count,
+                                                 const clast_clas_gather *gather);
 CLAST_API size_t clast_clas_pool_count(const clast_clas_pool *pool);
 CLAST_API uint64_t clast_clas_pool_bytes(const clast_clas_pool *pool);
 
@@ -124,7 +139,7 @@ CLAST_API clast_status clast_blas_create(clast_clas_pool *pool, clast_blas **bla
 CLAST_API void clast_blas_destroy(clast_blas *blas);
 /** Builds the tree over `count` slots of the pool; `slots` null means slots 0 to count - 1. Deterministic, parallel.
  *  Reuses the memory of the tree before. */
-CLAST_API clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count);
+CLAST_API clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count, clast_build build);
 /** Fits the tree to the clusters' boxes anew, keeping its shape. */
 CLAST_API clast_status clast_blas_refit(clast_blas *blas);
 /** The box of all finite vertices; lower > upper where there are none. */
@@ -145,8 +160,14 @@ typedef struct clast_tlas_instance {
 
 CLAST_API clast_status clast_tlas_create(clast_context *context, clast_tlas **tlas);
 CLAST_API void clast_tlas_destroy(clast_tlas *tlas);
-/** Builds the tree over instances, which are copied. Their BLASes must stay as they are until the next build. */
-CLAST_API clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *instances, size_t count);
+/** Builds the tree over instances, which are copied. Their BLASes must stay as they are until the next build or update. */
+CLAST_API clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *instances, size_t count,
+                                        clast_build build);
+/** Replaces instances of the last build: number numbers[i] (i where `numbers` is null) becomes instances[i]. The tree keeps its
+ *  shape, and only boxes above these instances are fitted anew: the cost follows `count`. Where many instances move far, a
+ *  build makes rays faster again. INVALID_ARGUMENT where a number is not below the last build's count. */
+CLAST_API clast_status clast_tlas_update(clast_tlas *tlas, const uint32_t *numbers,
+                                         const clast_tlas_instance *instances, size_t count);
 CLAST_API void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3]);
 CLAST_API uint64_t clast_tlas_bytes(const clast_tlas *tlas);
 

@@ -21,6 +21,7 @@ extern "C" {
 #define CLAST_ENUMERATOR(name, value, ...) name = value,
 
 typedef enum clast_status { CLAST_STATUS_LIST(CLAST_ENUMERATOR) } clast_status;
+typedef enum clast_build { CLAST_BUILD_LIST(CLAST_ENUMERATOR) } clast_build;
 typedef enum clast_isa { CLAST_ISA_AUTOMATIC = 0, CLAST_ISA_LIST(CLAST_ENUMERATOR) } clast_isa;
 typedef enum clast_log_level { CLAST_LOG_LIST(CLAST_ENUMERATOR) } clast_log_level;
 

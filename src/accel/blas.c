@@ -4,15 +4,6 @@
 
 #include "accel/structures.h"
 
-static clast_box slot_box(const void *items, uint32_t item)
-{
-    const clast_clas *clas = clast_pool_slot(items, item);
-    clast_box box;
-    memcpy(box.lower.v, clas->lower, sizeof box.lower.v);
-    memcpy(box.upper.v, clas->upper, sizeof box.upper.v);
-    return box;
-}
-
 clast_status clast_blas_create(clast_clas_pool *pool, clast_blas **blas)
 {
     if (pool == NULL || blas == NULL) {
@@ -35,7 +26,7 @@ void clast_blas_destroy(clast_blas *blas)
     }
 }
 
-clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count)
+clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count, clast_build build)
 {
     if (blas == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
@@ -50,7 +41,7 @@ clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t co
                               slots[i], blas->pool->count);
         }
     }
-    return clast_tree_build(blas->context, &blas->tree, slot_box, blas->pool, slots, count);
+    return clast_tree_build(blas->context, &blas->tree, blas->pool->boxes, slots, count, build);
 }
 
 clast_status clast_blas_refit(clast_blas *blas)
@@ -58,7 +49,7 @@ clast_status clast_blas_refit(clast_blas *blas)
     if (blas == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
-    clast_tree_refit(blas->context, &blas->tree, slot_box, blas->pool);
+    clast_tree_refit(blas->context, &blas->tree, blas->pool->boxes);
     return CLAST_OK;
 }
 

@@ -6,7 +6,14 @@
 #include "base/size.h"
 #include "base/thread.h"
 
-enum { FIT_GRAIN = 64 };
+enum { FIT_GRAIN = 64, SLOT_ALIGNMENT = 64 };
+
+static size_t stride_for(uint32_t blocks)
+{
+    size_t groups = (blocks + CLUSTER_WIDTH - 1) / CLUSTER_WIDTH;
+    size_t bytes = sizeof(clast_clas) + groups * sizeof(((clast_clas *)0)->groups[0]);
+    return (bytes + SLOT_ALIGNMENT - 1) / SLOT_ALIGNMENT * SLOT_ALIGNMENT;
+}
 
 clast_status clast_clas_pool_create(clast_template_set *set, clast_clas_pool **pool)
 {
@@ -17,7 +24,7 @@ clast_status clast_clas_pool_create(clast_template_set *set, clast_clas_pool **p
     if (*pool == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    **pool = (clast_clas_pool){.set = set, .context = set->context, .stride = sizeof(clast_clas)};
+    **pool = (clast_clas_pool){.set = set, .context = set->context, .stride = stride_for(1)};
     return CLAST_OK;
 }
 
@@ -25,6 +32,7 @@ void clast_clas_pool_destroy(clast_clas_pool *pool)
 {
     if (pool != NULL) {
         clast_free(pool->context, pool->slots);
+        clast_free(pool->context, pool->boxes);
         clast_free(pool->context, pool);
     }
 }
@@ -32,21 +40,31 @@ void clast_clas_pool_destroy(clast_clas_pool *pool)
 // Room for `capacity` slots for templates of `blocks` blocks; keeps what is there.
 static clast_status make_room(clast_clas_pool *pool, size_t capacity, uint32_t blocks)
 {
-    size_t stride = sizeof(clast_clas) + (blocks + TREE_WIDTH - 1) / TREE_WIDTH * sizeof(clast_box_group);
+    size_t stride = stride_for(blocks);
     stride = stride > pool->stride ? stride : pool->stride;
     if (capacity <= pool->capacity && stride == pool->stride) {
         return CLAST_OK;
     }
     capacity = capacity > pool->capacity ? capacity : pool->capacity;
     uint8_t *slots = clast_allocate(pool->context, capacity, stride);
-    if (slots == NULL) {
+    clast_box *boxes = clast_allocate(pool->context, capacity, sizeof *boxes);
+    if (slots == NULL || boxes == NULL) {
+        clast_free(pool->context, slots);
+        clast_free(pool->context, boxes);
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     for (size_t i = 0; i < pool->count; i++) {
-        memcpy(slots + i * stride, pool->slots + i * pool->stride, pool->stride);
+        const clast_clas *from = clast_pool_slot(pool, i);
+        clast_clas *to = (clast_clas *)(void *)(slots + i * stride);
+        memcpy(to, from, pool->stride);
+        to->topology += from->topology != 0 ? clast_distance(to, from) : 0;
+        to->vertices += from->vertices != 0 ? clast_distance(to, from) : 0;
+        boxes[i] = pool->boxes[i];
     }
     clast_free(pool->context, pool->slots);
+    clast_free(pool->context, pool->boxes);
     pool->slots = slots;
+    pool->boxes = boxes;
     pool->stride = stride;
     pool->capacity = capacity;
     return CLAST_OK;
@@ -78,12 +96,11 @@ static void fit_range(void *data, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         clast_clas *clas = clast_pool_slot(job->pool, job->first + i);
         if (job->inputs != NULL) {
-            clas->topology = job->pool->set->templates[job->inputs[i].template_number];
-            clas->vertices = job->inputs[i].vertices;
-            clas->unused = 0;
+            clas->topology = clast_distance(clas, job->pool->set->templates[job->inputs[i].template_number]);
+            clas->vertices = clast_distance(clas, job->inputs[i].vertices);
         }
-        if (clas->topology != NULL) {
-            job->fit(clas);
+        if (clas->topology != 0) {
+            job->fit(clas, &job->pool->boxes[job->first + i]);
         }
     }
 }
@@ -104,16 +121,6 @@ static clast_status check_inputs(const clast_clas_pool *pool, const clast_clas_i
         *most_blocks = blocks > *most_blocks ? blocks : *most_blocks;
     }
     return CLAST_OK;
-}
-
-// Slots that were skipped over: nothing there.
-static void make_empty(clast_clas *clas)
-{
-    memset(clas, 0, sizeof *clas);
-    for (int axis = 0; axis < 3; axis++) {
-        clas->lower[axis] = INFINITY;
-        clas->upper[axis] = -INFINITY;
-    }
 }
 
 clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t count, const clast_clas_input *inputs)
@@ -139,7 +146,8 @@ clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t 
         return status;
     }
     for (; pool->count < first; pool->count++) {
-        make_empty(clast_pool_slot(pool, pool->count));
+        memset(clast_pool_slot(pool, pool->count), 0, sizeof(clast_clas)); // skipped over: nothing there
+        pool->boxes[pool->count] = clast_box_empty();
     }
     pool->count = end > pool->count ? end : pool->count;
     fit_job job = {pool, inputs, first, clast_accel_kernels_of(clast_context_isa(pool->context))->fit};
@@ -175,5 +183,5 @@ size_t clast_clas_pool_count(const clast_clas_pool *pool)
 
 uint64_t clast_clas_pool_bytes(const clast_clas_pool *pool)
 {
-    return pool != NULL ? sizeof *pool + (uint64_t)pool->capacity * pool->stride : 0;
+    return pool != NULL ? sizeof *pool + (uint64_t)pool->capacity * (pool->stride + sizeof *pool->boxes) : 0;
 }

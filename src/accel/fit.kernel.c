@@ -84,7 +84,7 @@ CLAST_LANES clast_floats4 steps_up(clast_floats4 x, clast_floats4 base, clast_fl
     return pick4(whole < steps, whole + splat4(1.0f), whole);
 }
 
-static void quantise_block(clast_box_group *group, uint32_t lane, const extent *e, clast_floats4 base,
+static void quantise_block(uint8_t group[3][2][CLUSTER_WIDTH], uint32_t lane, const extent *e, clast_floats4 base,
                            clast_floats4 inverse_step)
 {
     // A block without a sound triangle has no sides: a box inside out, as far as bytes go.
@@ -95,28 +95,29 @@ static void quantise_block(clast_box_group *group, uint32_t lane, const extent *
         up = __builtin_convertvector(steps_up(e->upper, base, inverse_step), clast_ints4);
     }
     for (int axis = 0; axis < 3; axis++) {
-        group->planes[axis][lane] = (uint8_t)down[axis];
-        group->planes[axis + 3][lane] = (uint8_t)up[axis];
+        group[axis][0][lane] = (uint8_t)down[axis];
+        group[axis][1][lane] = (uint8_t)up[axis];
     }
 }
 
-void CLAST_KERNEL(clast_fit)(clast_clas *clas)
+void CLAST_KERNEL(clast_fit)(clast_clas *clas, clast_box *box)
 {
-    const clast_template *topology = clas->topology;
+    const clast_template *topology = clast_clas_topology(clas);
+    const float *vertices = clast_clas_vertices(clas);
     uint32_t block_count = topology->block_count;
-    bool sound = all_sound(clas->vertices, topology->vertex_count);
+    bool sound = all_sound(vertices, topology->vertex_count);
     extent blocks[TEMPLATE_BLOCKS];
     extent all = extent_empty();
     for (uint32_t i = 0; i < block_count; i++) {
-        blocks[i] = sound ? block_extent(&topology->blocks[i], clas->vertices)
-                          : sound_extent(&topology->blocks[i], clas->vertices);
+        blocks[i] = sound ? block_extent(&topology->blocks[i], vertices) : sound_extent(&topology->blocks[i], vertices);
         all.lower = min4(blocks[i].lower, all.lower);
         all.upper = max4(blocks[i].upper, all.upper);
     }
     clast_floats4 inverse_step = splat4(0.0f);
     for (int axis = 0; axis < 3; axis++) {
         clas->lower[axis] = all.lower[axis];
-        clas->upper[axis] = all.upper[axis];
+        box->lower.v[axis] = all.lower[axis];
+        box->upper.v[axis] = all.upper[axis];
         uint32_t exponent = all.lower[axis] <= all.upper[axis] ? box_exponent(all.upper[axis] - all.lower[axis])
                                                                : BOX_STEP_LEAST;
         clas->exponents[axis] = (uint8_t)exponent;
@@ -124,6 +125,6 @@ void CLAST_KERNEL(clast_fit)(clast_clas *clas)
     }
     clas->block_count = (uint8_t)(all.lower[0] <= all.upper[0] ? block_count : 0);
     for (uint32_t i = 0; i < clas->block_count; i++) {
-        quantise_block(&clas->groups[i / TREE_WIDTH], i % TREE_WIDTH, &blocks[i], all.lower, inverse_step);
+        quantise_block(clas->groups[i / CLUSTER_WIDTH], i % CLUSTER_WIDTH, &blocks[i], all.lower, inverse_step);
     }
 }

@@ -3,6 +3,7 @@
 //
 // All trees have one kind of node, with up to eight children whose boxes are quantised (shared/box.h). A cluster is a flat
 // node of up to 32 boxes, each around a block of eight triangles, which are tested at once against the cluster's vertices.
+// What rays read of a full cluster are two cache lines, lines of the blocks that they meet, and lines of these' vertices.
 #ifndef CLAST_ACCEL_STRUCTURES_H
 #define CLAST_ACCEL_STRUCTURES_H
 
@@ -17,7 +18,7 @@
 enum {
     TREE_WIDTH = 8,
     TEMPLATE_BLOCKS = TEMPLATE_TRIANGLES / BLOCK_TRIANGLES,
-    CLUSTER_GROUPS = TEMPLATE_BLOCKS / TREE_WIDTH,
+    CLUSTER_WIDTH = 16, // blocks whose boxes a cluster holds together: those of a full cluster
     // Binary trees are split by the surface area heuristic down to this depth, by halves below it: no deeper than 63.
     TREE_DEPTH_HEURISTIC = 32,
     TREE_DEPTH = 64,
@@ -53,32 +54,42 @@ struct clast_template_set {
 
 // ------------------------------------------------------------------------------------------------------------- boxes
 
-// Eight boxes: lower x, y, z, then upper x, y, z.
-typedef struct clast_box_group {
-    uint8_t planes[6][TREE_WIDTH];
-} clast_box_group;
-
-// A cluster's CLAS. A pool's slots have one size: with as many groups as its largest template needs.
+// A cluster's CLAS. A pool's slots have one size: with as many groups as its largest template needs. What it points to is
+// told as a distance in bytes from the CLAS itself, so that a structure can be stored, and mapped anywhere.
 typedef struct clast_clas {
-    float
-        lower[3]; // the box around its finite triangles, and the base of the blocks' boxes; lower > upper where none is
+    float lower[3]; // base of the blocks' boxes
     uint8_t exponents[3];
     uint8_t block_count; // zero where nothing can be hit
-    float upper[3];
-    uint32_t unused;
-    const clast_template *topology;
-    const float *vertices;
-    clast_box_group groups[];
+    int64_t topology;    // zero: nothing there
+    int64_t vertices;
+    uint8_t groups[][3][2][CLUSTER_WIDTH]; // for each axis, the lower sides of the blocks' boxes, then the upper ones
 } clast_clas;
-_Static_assert(sizeof(clast_clas) == 48, "a slot's header");
+_Static_assert(sizeof(clast_clas) == 32, "with the boxes of a full cluster, two cache lines");
 
 struct clast_clas_pool {
     clast_template_set *set;
     clast_context *context;
     uint8_t *slots;
+    clast_box *boxes; // of the slots: around their finite triangles, lower > upper where there are none
     size_t stride;
     size_t count, capacity;
 };
+
+// Distances between what the caller and the library allocated: by way of integers, as the language has none.
+static inline int64_t clast_distance(const void *from, const void *to)
+{
+    return (int64_t)((uintptr_t)to - (uintptr_t)from);
+}
+
+static inline const clast_template *clast_clas_topology(const clast_clas *clas)
+{
+    return (const clast_template *)((uintptr_t)clas + (uintptr_t)clas->topology);
+}
+
+static inline const float *clast_clas_vertices(const clast_clas *clas)
+{
+    return (const float *)((uintptr_t)clas + (uintptr_t)clas->vertices);
+}
 
 static inline clast_clas *clast_pool_slot(const clast_clas_pool *pool, size_t slot)
 {
@@ -93,7 +104,7 @@ typedef struct clast_node {
     float lower[3]; // base of the children's boxes
     uint8_t exponents[3];
     uint8_t child_count;
-    clast_box_group boxes;
+    uint8_t boxes[3][2][TREE_WIDTH]; // as a CLAS has them
     uint32_t children[TREE_WIDTH];
 } clast_node;
 _Static_assert(sizeof(clast_node) == 96, "a node");
@@ -108,14 +119,12 @@ typedef struct clast_tree {
     uint32_t levels[TREE_DEPTH + 1]; // where each level begins, and the end
 } clast_tree;
 
-// Gives the box of an item; lower > upper where it is empty.
-typedef clast_box (*clast_item_box)(const void *items, uint32_t item);
-
-// Builds over items `numbers[0..count)`, or 0 to count - 1 where `numbers` is null. Empty items keep a place in the tree.
-clast_status clast_tree_build(clast_context *context, clast_tree *tree, clast_item_box item_box, const void *items,
-                              const uint32_t *numbers, size_t count);
+// Builds over items `numbers[0..count)`, or 0 to count - 1 where `numbers` is null; `boxes[i]` is item i's, lower > upper
+// where it is empty. Empty items keep a place in the tree.
+clast_status clast_tree_build(clast_context *context, clast_tree *tree, const clast_box *boxes, const uint32_t *numbers,
+                              size_t count, clast_build build);
 // Fits all boxes anew. Never fails, allocates nothing.
-void clast_tree_refit(clast_context *context, clast_tree *tree, clast_item_box item_box, const void *items);
+void clast_tree_refit(clast_context *context, clast_tree *tree, const clast_box *boxes);
 void clast_tree_free(clast_context *context, clast_tree *tree);
 uint64_t clast_tree_bytes(const clast_tree *tree);
 clast_box clast_tree_bounds(const clast_tree *tree);
@@ -139,21 +148,21 @@ typedef struct clast_placement {
     uint32_t index; // in the array given
     bool filtered;
     bool mirrored;
-    clast_box box; // in the world, padded for what transforming a ray rounds
 } clast_placement;
 
 struct clast_tlas {
     clast_context *context;
     clast_tree tree;
     clast_placement *placements;
-    size_t placement_count, placement_capacity;
+    clast_box *boxes; // of the placements, in the world, padded for what transforming a ray rounds
+    size_t placement_count, placement_capacity, box_capacity;
     float spread; // times a ray's largest distance and 2^-17: how far transforming it may move it, in the world
 };
 
 // ----------------------------------------------------------------------------------------------------------- kernels
 
-// Fits the boxes of a slot to its vertices.
-typedef void (*clast_fit_kernel)(clast_clas *clas);
+// Fits a slot's boxes to its vertices, and gives the box around them.
+typedef void (*clast_fit_kernel)(clast_clas *clas, clast_box *box);
 typedef void (*clast_closest_kernel)(const clast_tlas *tlas, const clast_ray *rays, size_t count,
                                      const clast_hit_filter *filter, clast_hit *hits);
 typedef void (*clast_any_kernel)(const clast_tlas *tlas, const clast_ray *rays, size_t count,
@@ -168,7 +177,7 @@ typedef struct clast_accel_kernels {
 const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa);
 
 #define CLAST_DECLARE_KERNELS(set) \
-    void clast_fit_##set(clast_clas *clas); \
+    void clast_fit_##set(clast_clas *clas, clast_box *box); \
     void clast_closest_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, \
                              const clast_hit_filter *filter, clast_hit *hits); \
     void clast_any_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, \

@@ -33,6 +33,7 @@ void clast_tlas_destroy(clast_tlas *tlas)
     if (tlas != NULL) {
         clast_tree_free(tlas->context, &tlas->tree);
         clast_free(tlas->context, tlas->placements);
+        clast_free(tlas->context, tlas->boxes);
         clast_free(tlas->context, tlas);
     }
 }
@@ -114,7 +115,7 @@ static bool world_box(const clast_tlas_instance *instance, const clast_box *obje
 }
 
 // False where nothing of the instance can be hit.
-static bool place(const clast_tlas_instance *instance, clast_placement *placement, double *spread)
+static bool place(const clast_tlas_instance *instance, clast_placement *placement, clast_box *box, double *spread)
 {
     clast_box object = instance->blas != NULL ? clast_tree_bounds(&instance->blas->tree) : clast_box_empty();
     double to_world[3][3], to_object[3][3], determinant;
@@ -145,12 +146,7 @@ static bool place(const clast_tlas_instance *instance, clast_placement *placemen
     placement->id = instance->id;
     placement->filtered = instance->filtered != 0;
     placement->mirrored = determinant < 0.0;
-    return world_box(instance, &object, *spread, &placement->box);
-}
-
-static clast_box placement_box(const void *items, uint32_t item)
-{
-    return ((const clast_placement *)items)[item].box;
+    return world_box(instance, &object, *spread, box);
 }
 
 static clast_status check_instances(clast_context *context, const clast_tlas_instance *instances, size_t count)
@@ -164,7 +160,7 @@ static clast_status check_instances(clast_context *context, const clast_tlas_ins
     return CLAST_OK;
 }
 
-clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *instances, size_t count)
+clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *instances, size_t count, clast_build build)
 {
     if (tlas == NULL || (instances == NULL && count != 0)) {
         return CLAST_ERROR_INVALID_ARGUMENT;
@@ -182,20 +178,21 @@ clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *insta
     tlas->tree.level_count = 0;
     tlas->placement_count = 0;
     double spread = 1.0;
-    if (CLAST_RESERVE(tlas->context, tlas->placements, tlas->placement_capacity, count) != CLAST_OK) {
+    if (CLAST_RESERVE(tlas->context, tlas->placements, tlas->placement_capacity, count) != CLAST_OK ||
+        CLAST_RESERVE(tlas->context, tlas->boxes, tlas->box_capacity, count) != CLAST_OK) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     for (size_t i = 0; i < count; i++) {
         clast_placement *placement = &tlas->placements[tlas->placement_count];
         double own_spread = 1.0;
-        if (place(&instances[i], placement, &own_spread)) {
+        if (place(&instances[i], placement, &tlas->boxes[tlas->placement_count], &own_spread)) {
             placement->index = (uint32_t)i;
             spread = own_spread > spread ? own_spread : spread;
             tlas->placement_count++;
         }
     }
     tlas->spread = (float)(spread < 1e20 ? spread : 1e20);
-    return clast_tree_build(tlas->context, &tlas->tree, placement_box, tlas->placements, NULL, tlas->placement_count);
+    return clast_tree_build(tlas->context, &tlas->tree, tlas->boxes, NULL, tlas->placement_count, build);
 }
 
 void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3])
@@ -208,6 +205,7 @@ void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3])
 uint64_t clast_tlas_bytes(const clast_tlas *tlas)
 {
     return tlas != NULL
-               ? sizeof *tlas + clast_tree_bytes(&tlas->tree) + tlas->placement_capacity * sizeof *tlas->placements
+               ? sizeof *tlas + clast_tree_bytes(&tlas->tree) + tlas->placement_capacity * sizeof *tlas->placements +
+                     tlas->box_capacity * sizeof *tlas->boxes
                : 0;
 }

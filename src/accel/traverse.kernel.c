@@ -78,9 +78,8 @@ typedef struct space {
     clast_floats4 origin;
     clast_floats4 inverse; // 1 / direction, scaled
     clast_floats4 pad;
-    uint32_t first[3]; // where the sides begin that the ray meets first: the upper ones where it runs downwards
-    uint32_t last[3];
-    int exponent; // distances here are the ray's t times 2^exponent
+    uint32_t first[3]; // for each axis, which sides the ray meets first: 1, the upper ones, where it runs downwards
+    int exponent;      // distances here are the ray's t times 2^exponent
     float t_min;
 } space;
 
@@ -104,9 +103,7 @@ CLAST_LANES space make_space(clast_floats4 origin, clast_floats4 direction, int 
     s.inverse[3] = 0.0f;
     s.pad = abs4(s.inverse) * splat4(pad);
     for (uint32_t axis = 0; axis < 3; axis++) {
-        uint32_t down = inverse[axis] < 0.0f ? 3 * TREE_WIDTH : 0;
-        s.first[axis] = axis * TREE_WIDTH + down;
-        s.last[axis] = axis * TREE_WIDTH + 3 * TREE_WIDTH - down;
+        s.first[axis] = inverse[axis] < 0.0f;
     }
     s.t_min = scale_by(t_min, s.exponent);
     return s;
@@ -131,15 +128,19 @@ CLAST_LANES grid make_grid(const space *s, const float *lower)
     return (grid){(clast_floats4)exponents * s->inverse, shift - s->pad, shift + s->pad};
 }
 
-// Which of eight boxes the ray meets between its t_min and `limit`.
-CLAST_LANES box_hits test_boxes(const space *s, const grid *g, const clast_box_group *group, float limit)
+// Which of eight boxes the ray meets between its t_min and `limit`. `sides` are those of a node, or of half a cluster's
+// group; from one plane's to the next are `stride` bytes.
+CLAST_LANES box_hits test_boxes(const space *s, const grid *g, const uint8_t *sides, size_t stride, float limit)
 {
-    const uint8_t *planes = group->planes[0];
     clast_floats8 near = splat8(s->t_min), far = splat8(limit);
     for (int axis = 0; axis < 3; axis++) {
         clast_floats8 step = splat_lane8(g->step, axis);
-        near = max8(load_bytes8(planes + s->first[axis]) * step + splat_lane8(g->near, axis), near);
-        far = min8(load_bytes8(planes + s->last[axis]) * step + splat_lane8(g->far, axis), far);
+        near = max8(load_bytes8(sides + (2 * (size_t)axis + s->first[axis]) * stride) * step +
+                        splat_lane8(g->near, axis),
+                    near);
+        far = min8(load_bytes8(sides + (2 * (size_t)axis + 1 - s->first[axis]) * stride) * step +
+                       splat_lane8(g->far, axis),
+                   far);
     }
     return (box_hits){near, bits8(near <= far)};
 }
@@ -255,7 +256,7 @@ static bool consider(traversal *w, uint32_t slot, const clast_clas *clas, const 
                      float t, float u, float v)
 {
     for (uint32_t corner = 0; corner < 3; corner++) {
-        if (!is_sound_vertex(clas->vertices + 3 * (uint32_t)block->corners[corner][lane])) {
+        if (!is_sound_vertex(clast_clas_vertices(clas) + 3 * (uint32_t)block->corners[corner][lane])) {
             return false;
         }
     }
@@ -320,9 +321,9 @@ CLAST_LANES clast_points8 shear8(const clast_watertight_ray *ray, clast_points8 
 // A block's eight triangles: watertight_edges, watertight_passes, and the range. Gives true where the search is over.
 CLAST_LANES bool test_block(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block)
 {
-    clast_points8 a = shear8(&w->watertight, load_points8(clas->vertices, block->corners[0]));
-    clast_points8 b = shear8(&w->watertight, load_points8(clas->vertices, block->corners[1]));
-    clast_points8 c = shear8(&w->watertight, load_points8(clas->vertices, block->corners[2]));
+    clast_points8 a = shear8(&w->watertight, load_points8(clast_clas_vertices(clas), block->corners[0]));
+    clast_points8 b = shear8(&w->watertight, load_points8(clast_clas_vertices(clas), block->corners[1]));
+    clast_points8 c = shear8(&w->watertight, load_points8(clast_clas_vertices(clas), block->corners[2]));
     clast_floats8 zero = splat8(0.0f);
     clast_floats8 edge_a = signed_difference8(c.x, b.y, c.y, b.x);
     clast_floats8 edge_b = signed_difference8(a.x, c.y, a.y, c.x);
@@ -355,7 +356,8 @@ CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const
     uint32_t count = 0, block_count = clas->block_count;
     grid g = make_grid(s, clas->lower);
     for (uint32_t first = 0; first < block_count; first += TREE_WIDTH) {
-        box_hits hits = test_boxes(s, &g, &clas->groups[first / TREE_WIDTH], w->limit);
+        box_hits hits = test_boxes(s, &g, &clas->groups[first / CLUSTER_WIDTH][0][0][first % CLUSTER_WIDTH],
+                                   CLUSTER_WIDTH, w->limit);
         uint32_t left = block_count - first;
         uint32_t bits = hits.bits & (left < TREE_WIDTH ? (1u << left) - 1u : 0xffu);
         if (bits == 0) {
@@ -366,17 +368,17 @@ CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const
         while (bits != 0) {
             uint32_t lane = (uint32_t)__builtin_ctz(bits);
             bits &= bits - 1;
-            __builtin_prefetch(&clas->topology->blocks[first + lane]);
+            __builtin_prefetch(&clast_clas_topology(clas)->blocks[first + lane]);
             push_sorted(blocks, 0, &count, (stack_entry){near[lane], first + lane});
         }
     }
     if (count > 0) { // the blocks say which vertices they need when they arrive; till then, all of them
-        for (uint32_t i = 0; i < clas->topology->vertex_count; i += 5) {
-            __builtin_prefetch(clas->vertices + 3 * i);
+        for (uint32_t i = 0; i < clast_clas_topology(clas)->vertex_count; i += 5) {
+            __builtin_prefetch(clast_clas_vertices(clas) + 3 * i);
         }
     }
     while (count > 0 && blocks[--count].near <= w->limit) {
-        if (test_block(w, slot, clas, &clas->topology->blocks[blocks[count].child])) {
+        if (test_block(w, slot, clas, &clast_clas_topology(clas)->blocks[blocks[count].child])) {
             return true;
         }
     }
@@ -399,7 +401,7 @@ static bool traverse_blas(traversal *w)
         if ((top.child & CLAST_CHILD_ITEM) == 0) {
             const clast_node *node = &arrays.nodes[top.child];
             grid g = make_grid(&s, node->lower);
-            box_hits hits = test_boxes(&s, &g, &node->boxes, w->limit);
+            box_hits hits = test_boxes(&s, &g, node->boxes[0][0], TREE_WIDTH, w->limit);
             hits.bits &= (1u << node->child_count) - 1u;
             if (hits.bits != 0) {
                 top = nearest_child(stack, &height, node->children, &hits, &arrays);
@@ -489,7 +491,7 @@ static void traverse_tlas(const clast_tlas *tlas, traversal *w, clast_floats4 di
             w->steps++;
             const clast_node *node = &tlas->tree.nodes[top.child];
             grid g = make_grid(&world, node->lower);
-            box_hits hits = test_boxes(&world, &g, &node->boxes, limit);
+            box_hits hits = test_boxes(&world, &g, node->boxes[0][0], TREE_WIDTH, limit);
             hits.bits &= (1u << node->child_count) - 1u;
             if (hits.bits != 0) {
                 top = nearest_child(stack, &height, node->children, &hits, NULL);
@@ -542,7 +544,7 @@ static vec3 world_edge(const clast_placement *placement, const float *from, cons
 static void store_normal(traversal *w)
 {
     const clast_placement *placement = w->best_placement;
-    const float *vertices = clast_pool_slot(placement->blas->pool, w->best.cluster)->vertices;
+    const float *vertices = clast_clas_vertices(clast_pool_slot(placement->blas->pool, w->best.cluster));
     const float *corners[3];
     for (uint32_t corner = 0; corner < 3; corner++) {
         corners[corner] = vertices + 3 * (uint32_t)w->best_block->corners[corner][w->best_lane];

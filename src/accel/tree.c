@@ -58,8 +58,7 @@ typedef struct build_range {
 
 typedef struct builder {
     clast_context *context;
-    clast_item_box item_box;
-    const void *items;
+    const clast_box *boxes;
     const uint32_t *numbers;
     uint32_t count;
     build_item *order;
@@ -426,7 +425,7 @@ static void gather_items(void *data, size_t begin, size_t end, uint32_t worker)
     builder *b = data;
     for (size_t i = begin; i < end; i++) {
         uint32_t number = b->numbers != NULL ? b->numbers[i] : (uint32_t)i;
-        clast_box box = b->item_box(b->items, number);
+        clast_box box = b->boxes[number];
         build_item *item = &b->order[i];
         item->number = number;
         if (clast_box_is_empty(&box)) {
@@ -444,7 +443,7 @@ static void begin_build(builder *b)
 {
     b->whole = clast_box_empty();
     for (uint32_t i = 0; i < b->count; i++) {
-        clast_box box = b->item_box(b->items, b->numbers != NULL ? b->numbers[i] : i);
+        clast_box box = b->boxes[b->numbers != NULL ? b->numbers[i] : i];
         box_include(&b->whole, &box);
     }
     if (clast_box_is_empty(&b->whole)) {
@@ -458,9 +457,10 @@ static void begin_build(builder *b)
     clast_parallel_for(b->context, b->count, GATHER_GRAIN, gather_items, b);
 }
 
-clast_status clast_tree_build(clast_context *context, clast_tree *tree, clast_item_box item_box, const void *items,
-                              const uint32_t *numbers, size_t count)
+clast_status clast_tree_build(clast_context *context, clast_tree *tree, const clast_box *boxes, const uint32_t *numbers,
+                              size_t count, clast_build build)
 {
+    (void)build;
     tree->node_count = 0;
     tree->level_count = 0;
     if (count == 0) {
@@ -469,8 +469,7 @@ clast_status clast_tree_build(clast_context *context, clast_tree *tree, clast_it
     size_t nodes = 2 * count - 1;
     builder b = {
         .context = context,
-        .item_box = item_box,
-        .items = items,
+        .boxes = boxes,
         .numbers = numbers,
         .count = (uint32_t)count,
         .order = clast_allocate(context, count, sizeof *b.order),
@@ -496,7 +495,7 @@ clast_status clast_tree_build(clast_context *context, clast_tree *tree, clast_it
     clast_free(context, b.shares);
     clast_free(context, b.roots);
     if (status == CLAST_OK) {
-        clast_tree_refit(context, tree, item_box, items);
+        clast_tree_refit(context, tree, boxes);
     } else {
         tree->level_count = 0;
     }
@@ -507,15 +506,14 @@ clast_status clast_tree_build(clast_context *context, clast_tree *tree, clast_it
 
 typedef struct refit_job {
     clast_tree *tree;
-    clast_item_box item_box;
-    const void *items;
+    const clast_box *boxes;
     uint32_t first; // of the level
 } refit_job;
 
 static void quantise_child(clast_node *node, uint32_t lane, const clast_box *box)
 {
     for (int axis = 0; axis < 3; axis++) {
-        uint8_t *lower = &node->boxes.planes[axis][lane], *upper = &node->boxes.planes[axis + 3][lane];
+        uint8_t *lower = &node->boxes[axis][0][lane], *upper = &node->boxes[axis][1][lane];
         if (clast_box_is_empty(box)) { // may still be visited: what is below hits nothing
             *lower = 255;
             *upper = 0;
@@ -533,8 +531,7 @@ static void refit_node(const refit_job *job, uint32_t number)
     clast_box whole = clast_box_empty();
     for (uint32_t i = 0; i < node->child_count; i++) {
         uint32_t child = node->children[i];
-        boxes[i] = (child & CLAST_CHILD_ITEM) != 0 ? job->item_box(job->items, child & ~CLAST_CHILD_ITEM)
-                                                   : job->tree->boxes[child];
+        boxes[i] = (child & CLAST_CHILD_ITEM) != 0 ? job->boxes[child & ~CLAST_CHILD_ITEM] : job->tree->boxes[child];
         box_include(&whole, &boxes[i]);
     }
     job->tree->boxes[number] = whole;
@@ -558,9 +555,9 @@ static void refit_range(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-void clast_tree_refit(clast_context *context, clast_tree *tree, clast_item_box item_box, const void *items)
+void clast_tree_refit(clast_context *context, clast_tree *tree, const clast_box *boxes)
 {
-    refit_job job = {tree, item_box, items, 0};
+    refit_job job = {tree, boxes, 0};
     for (uint32_t level = tree->level_count; level-- > 0;) {
         job.first = tree->levels[level];
         clast_parallel_for(context, tree->levels[level + 1] - job.first, REFIT_GRAIN, refit_range, &job);

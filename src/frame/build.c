@@ -108,7 +108,7 @@ static clast_status build_unit(clast_frame_unit *unit)
     if (unit->blas == NULL) {
         status = clast_blas_create(unit->clas, &unit->blas);
     }
-    return status == CLAST_OK ? clast_blas_build(unit->blas, NULL, unit->record_count) : status;
+    return status == CLAST_OK ? clast_blas_build(unit->blas, NULL, unit->record_count, CLAST_BUILD_BEST) : status;
 }
 
 clast_status clast_cpu_blas(clast_frame *frame, void *target)
@@ -152,7 +152,7 @@ clast_status clast_cpu_tlas(clast_frame *frame, void *target)
         _Static_assert(sizeof to->transform == sizeof instance->to_world, "both are three rows of four floats");
         memcpy(to->transform, &instance->to_world, sizeof to->transform);
     }
-    status = clast_tlas_build(frame->tlas, frame->tlas_instances, frame->instance_count);
+    status = clast_tlas_build(frame->tlas, frame->tlas_instances, frame->instance_count, CLAST_BUILD_BEST);
     if (status == CLAST_OK) {
         clast_cooked_release(frame->cooked);
     }

@@ -84,7 +84,7 @@ static clast_status run_pass(clast_frame *frame, const clast_backend *backend, c
 // fail.
 static void forget(clast_frame *frame)
 {
-    clast_tlas_build(frame->tlas, NULL, 0);
+    clast_tlas_build(frame->tlas, NULL, 0, CLAST_BUILD_BEST);
     frame->instance_count = 0;
     frame->frame_instance_of_count = 0;
     frame->emitter_count = 0;

@@ -87,18 +87,19 @@ static void fitted_clusters_have_the_bits_of_the_formulas(void **state)
         assert_ok(context, clustered_make(context, &m, 77, &c));
         for (uint32_t i = 0; i < c.cluster_count; i++) {
             const clast_clas *clas = clast_pool_slot(c.pool, i);
-            assert_int_equal(clas->block_count, (clas->topology->triangle_count + 7) / 8);
+            const clast_template *topology = clast_clas_topology(clas);
+            assert_int_equal(clas->block_count, (topology->triangle_count + 7) / 8);
             for (uint32_t k = 0; k < 8u * clas->block_count; k++) {
-                const clast_block *block = &clas->topology->blocks[k / 8];
-                const clast_box_group *group = &clas->groups[k / 64];
+                const clast_block *block = &topology->blocks[k / 8];
+                uint32_t place = k / 8 % CLUSTER_WIDTH;
                 for (uint32_t corner = 0; corner < 3; corner++) {
                     for (uint32_t axis = 0; axis < 3; axis++) {
-                        float x = clas->vertices[3 * block->corners[corner][k % 8] + axis];
+                        float x = clast_clas_vertices(clas)[3 * block->corners[corner][k % 8] + axis];
                         uint32_t exponent = clas->exponents[axis];
-                        assert_int_equal(exponent, box_exponent(clas->upper[axis] - clas->lower[axis]));
-                        assert_true(group->planes[axis][k / 8 % 8] <=
+                        assert_int_equal(exponent, box_exponent(c.pool->boxes[i].upper.v[axis] - clas->lower[axis]));
+                        assert_true(clas->groups[k / 8 / CLUSTER_WIDTH][axis][0][place] <=
                                     box_quantise_down(x, clas->lower[axis], exponent));
-                        assert_true(group->planes[axis + 3][k / 8 % 8] >=
+                        assert_true(clas->groups[k / 8 / CLUSTER_WIDTH][axis][1][place] >=
                                     box_quantise_up(x, clas->lower[axis], exponent));
                     }
                 }

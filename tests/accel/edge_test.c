@@ -17,7 +17,7 @@ static stage stage_of(clast_context *context, const mesh *m)
     assert_ok(context, clustered_make(context, m, 128, &s.c));
     assert_ok(context, clast_tlas_create(context, &s.tlas));
     clast_tlas_instance instance = instance_of(s.c.blas, 5);
-    assert_ok(context, clast_tlas_build(s.tlas, &instance, 1));
+    assert_ok(context, clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST));
     return s;
 }
 
@@ -138,12 +138,12 @@ static void an_empty_structure_hits_nothing(void **state)
     assert_true(lower[0] > upper[0]);
     assert_int_equal(trace(s.tlas, ray_along_z(0, 0)).instance, CLAST_NONE);
     assert_ok(context, clast_blas_refit(s.c.blas));
-    assert_ok(context, clast_tlas_build(s.tlas, NULL, 0));
+    assert_ok(context, clast_tlas_build(s.tlas, NULL, 0, CLAST_BUILD_BEST));
     assert_int_equal(trace(s.tlas, ray_along_z(0, 0)).instance, CLAST_NONE);
     clast_tlas_bounds(s.tlas, lower, upper);
     assert_true(lower[0] > upper[0]);
     clast_tlas_instance nothing = instance_of(NULL, 0);
-    assert_ok(context, clast_tlas_build(s.tlas, &nothing, 1));
+    assert_ok(context, clast_tlas_build(s.tlas, &nothing, 1, CLAST_BUILD_BEST));
     assert_int_equal(trace(s.tlas, ray_along_z(0, 0)).instance, CLAST_NONE);
     stage_end(&s);
     mesh_free(&m);
@@ -212,7 +212,7 @@ static void vertices_that_are_not_finite_hide_their_triangles_only(void **state)
         assert_ok(context, clast_clas_refit(s.c.pool, 0, s.c.cluster_count));
         assert_ok(context, clast_blas_refit(s.c.blas));
         clast_tlas_instance instance = instance_of(s.c.blas, 5);
-        assert_ok(context, clast_tlas_build(s.tlas, &instance, 1));
+        assert_ok(context, clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST));
         assert_int_equal(trace(s.tlas, ray_along_z(0.53f, 0.52f)).instance, 5);
         stage_end(&s);
         mesh_free(&m);
@@ -233,7 +233,7 @@ static void a_cluster_without_a_finite_vertex_comes_back_when_it_has_some(void *
     assert_ok(context, clast_clas_refit(s.c.pool, 0, s.c.cluster_count));
     assert_ok(context, clast_blas_refit(s.c.blas));
     clast_tlas_instance instance = instance_of(s.c.blas, 5);
-    assert_ok(context, clast_tlas_build(s.tlas, &instance, 1));
+    assert_ok(context, clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST));
     for (uint32_t i = 1; i < 16; i++) {
         assert_int_equal(trace(s.tlas, ray_along_z((float)i / 16.0f, 0.3f)).instance, 5);
     }
@@ -340,7 +340,7 @@ static void transforms_that_cannot_be_inverted_hide_the_instance(void **state)
     instances[3].transform[2][2] = 0.0f;
     memcpy(instances[4].transform[1], instances[4].transform[0], sizeof instances[4].transform[0]); // two equal rows
     instances[5].transform[0][3] = 3e38f;
-    assert_ok(context, clast_tlas_build(s.tlas, instances, 6));
+    assert_ok(context, clast_tlas_build(s.tlas, instances, 6, CLAST_BUILD_BEST));
     assert_int_equal(trace(s.tlas, ray_along_z(0.1f, 0.1f)).instance, CLAST_NONE);
     stage_end(&s);
     mesh_free(&m);
@@ -369,10 +369,10 @@ static void wrong_arguments_are_refused(void **state)
     assert_int_equal(clast_clas_instantiate(s.c.pool, 0, 1, &input), CLAST_ERROR_INVALID_ARGUMENT);
     assert_int_equal(clast_clas_instantiate(s.c.pool, SIZE_MAX, 2, &input), CLAST_ERROR_INVALID_ARGUMENT);
     assert_int_equal(clast_clas_refit(s.c.pool, 0, 2), CLAST_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(clast_blas_build(s.c.blas, slots, 2), CLAST_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(clast_blas_build(s.c.blas, NULL, 2), CLAST_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(clast_blas_build(s.c.blas, slots, 2, CLAST_BUILD_BEST), CLAST_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(clast_blas_build(s.c.blas, NULL, 2, CLAST_BUILD_BEST), CLAST_ERROR_INVALID_ARGUMENT);
     clast_tlas_instance instance = instance_of(s.c.blas, CLAST_NONE);
-    assert_int_equal(clast_tlas_build(s.tlas, &instance, 1), CLAST_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST), CLAST_ERROR_INVALID_ARGUMENT);
     assert_int_equal(trace(s.tlas, ray_along_z(0.1f, 0.1f)).instance, 5); // all is as before
     stage_end(&s);
     mesh_free(&m);
@@ -393,7 +393,7 @@ static void deep_trees_do_not_overflow_the_stack(void **state)
     assert_ok(*state, clustered_make(*state, &m, 1, &s.c));
     assert_ok(*state, clast_tlas_create(*state, &s.tlas));
     clast_tlas_instance instance = instance_of(s.c.blas, 5);
-    assert_ok(*state, clast_tlas_build(s.tlas, &instance, 1));
+    assert_ok(*state, clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST));
     randoms r = {1};
     for (uint32_t i = 0; i < 2000; i++) {
         clast_ray ray = {.t_max = INFINITY};

@@ -17,7 +17,7 @@ static void compare(clast_context *context, mesh m, float extent)
     assert_ok(context, clustered_make(context, &m, 128, &c));
     assert_ok(context, clast_tlas_create(context, &tlas));
     clast_tlas_instance instance = instance_of(c.blas, 0);
-    assert_ok(context, clast_tlas_build(tlas, &instance, 1));
+    assert_ok(context, clast_tlas_build(tlas, &instance, 1, CLAST_BUILD_BEST));
     embree_mesh theirs = embree_mesh_make(device, m.positions, m.vertex_count, m.indices, m.triangle_count,
                                           RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_ROBUST);
     agreement a = {.scale = extent};

@@ -39,7 +39,7 @@ static world make_world(clast_context *context)
     assert_ok(context, clustered_make(context, &w.ball_mesh, 100, &w.ball));
     assert_ok(context, clast_tlas_create(context, &w.tlas));
     make_instances(&w);
-    assert_ok(context, clast_tlas_build(w.tlas, w.instances, INSTANCES));
+    assert_ok(context, clast_tlas_build(w.tlas, w.instances, INSTANCES, CLAST_BUILD_BEST));
     return w;
 }
 
@@ -110,7 +110,7 @@ static clast_hit *trace_in_context(clast_isa isa, uint32_t threads, const clast_
         for (uint32_t i = 0; i < INSTANCES; i++) {
             w.instances[i].filtered = filtered;
         }
-        assert_ok(context, clast_tlas_build(w.tlas, w.instances, INSTANCES));
+        assert_ok(context, clast_tlas_build(w.tlas, w.instances, INSTANCES, CLAST_BUILD_BEST));
         hits = trace_all(w.tlas, rays, filtered);
         free_world(&w);
         clast_context_destroy(context);
@@ -192,7 +192,7 @@ static void the_order_of_instances_does_not_matter(void **state)
     for (uint32_t i = 0; i < INSTANCES; i++) {
         turned[i] = w.instances[INSTANCES - 1 - i];
     }
-    assert_ok(context, clast_tlas_build(w.tlas, turned, INSTANCES));
+    assert_ok(context, clast_tlas_build(w.tlas, turned, INSTANCES, CLAST_BUILD_BEST));
     clast_hit *hits = trace_all(w.tlas, rays, false);
     assert_same_surfaces(expected, hits);
     free(hits);
@@ -214,10 +214,10 @@ static void a_refitted_tree_gives_the_hits_of_a_built_one(void **state)
     assert_ok(context, clast_blas_refit(w.ball.blas));
     assert_int_equal(clast_context_memory(context), held); // and nothing for a moment, either
     assert_int_equal(clast_context_memory_peak(context), before);
-    assert_ok(context, clast_tlas_build(w.tlas, w.instances, INSTANCES));
+    assert_ok(context, clast_tlas_build(w.tlas, w.instances, INSTANCES, CLAST_BUILD_BEST));
     clast_hit *refitted = trace_all(w.tlas, rays, false);
-    assert_ok(context, clast_blas_build(w.ball.blas, NULL, w.ball.cluster_count));
-    assert_ok(context, clast_tlas_build(w.tlas, w.instances, INSTANCES));
+    assert_ok(context, clast_blas_build(w.ball.blas, NULL, w.ball.cluster_count, CLAST_BUILD_BEST));
+    assert_ok(context, clast_tlas_build(w.tlas, w.instances, INSTANCES, CLAST_BUILD_BEST));
     clast_hit *built = trace_all(w.tlas, rays, false);
     assert_same_surfaces(refitted, built);
     free(refitted);
@@ -239,14 +239,14 @@ static void trees_share_the_clusters_of_a_pool(void **state)
             slots[count++] = i;
         }
         assert_ok(context, clast_blas_create(w.terrain.pool, &parts[part]));
-        assert_ok(context, clast_blas_build(parts[part], slots, count));
+        assert_ok(context, clast_blas_build(parts[part], slots, count, CLAST_BUILD_BEST));
         instances[part] = instance_of(parts[part], 4);
     }
     clast_ray *rays = make_rays();
-    assert_ok(context, clast_tlas_build(w.tlas, instances, 2));
+    assert_ok(context, clast_tlas_build(w.tlas, instances, 2, CLAST_BUILD_BEST));
     clast_hit *in_parts = trace_all(w.tlas, rays, false);
     instances[0] = instance_of(w.terrain.blas, 4);
-    assert_ok(context, clast_tlas_build(w.tlas, instances, 1));
+    assert_ok(context, clast_tlas_build(w.tlas, instances, 1, CLAST_BUILD_BEST));
     clast_hit *whole = trace_all(w.tlas, rays, false);
     assert_same_surfaces(whole, in_parts);
     free(whole);

@@ -59,7 +59,7 @@ static void transformed_balls_are_hit_from_inside_and_keep_their_front(void **st
     for (int i = 0; i < 40; i++) {
         clast_tlas_instance instance = instance_of(s.c.blas, 3);
         random_map(&r, i % 2 == 0 ? 1.0f : -1.0f, instance.transform);
-        assert_ok(context, clast_tlas_build(s.tlas, &instance, 1));
+        assert_ok(context, clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST));
         for (int k = 0; k < 100; k++) {
             float object[3] = {random_between(&r, -1, 1), random_between(&r, -1, 1), random_between(&r, -1, 1)},
                   world[3];
@@ -86,7 +86,7 @@ static void normals_are_perpendicular_to_transformed_triangles(void **state)
     for (int i = 0; i < 200; i++) {
         clast_tlas_instance instance = instance_of(s.c.blas, 3);
         random_map(&r, i % 2 == 0 ? 1.0f : -1.0f, instance.transform);
-        assert_ok(context, clast_tlas_build(s.tlas, &instance, 1));
+        assert_ok(context, clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST));
         clast_ray ray = {.direction = {random_between(&r, -1, 1), random_between(&r, -1, 1), 1}, .t_max = INFINITY};
         const float middle[3] = {0, 0, 0};
         apply((const float(*)[4])instance.transform, middle, 1, ray.origin);
@@ -117,7 +117,7 @@ static void distances_are_in_units_of_the_given_direction(void **state)
     clast_tlas_instance instance = instance_of(s.c.blas, 0);
     instance.transform[2][2] = -1e-3f; // mirrored, too
     instance.transform[2][3] = 10.0f;
-    assert_ok(context, clast_tlas_build(s.tlas, &instance, 1));
+    assert_ok(context, clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST));
     clast_ray ray = {{0.3f, 0.3f, 2}, 0, {0, 0, 4}, INFINITY};
     clast_hit hit = trace(s.tlas, &ray);
     assert_int_equal(hit.instance, 0);
@@ -133,7 +133,7 @@ static void ties_go_to_the_lower_instance(void **state)
     for (uint32_t i = 0; i < 20; i++) {
         instances[i] = instance_of(s.c.blas, (i * 7 + 3) % 20 + 100);
     }
-    assert_ok(context, clast_tlas_build(s.tlas, instances, 20));
+    assert_ok(context, clast_tlas_build(s.tlas, instances, 20, CLAST_BUILD_BEST));
     randoms r = {2};
     for (int i = 0; i < 200; i++) {
         clast_ray ray = {{random_float(&r), random_float(&r), 1}, 0, {0, 0, -1}, INFINITY};
@@ -171,7 +171,7 @@ static void refused_hits_let_the_ray_pass(void **state)
     clast_hit_filter filter = {is_beyond, &c};
     clast_hit hit;
     uint8_t occluded;
-    assert_ok(context, clast_tlas_build(s.tlas, instances, 4));
+    assert_ok(context, clast_tlas_build(s.tlas, instances, 4, CLAST_BUILD_BEST));
     clast_trace_closest(s.tlas, &ray, 1, &filter, &hit);
     assert_int_equal(hit.instance, 2);
     assert_true(c.calls >= 3);
@@ -183,7 +183,7 @@ static void refused_hits_let_the_ray_pass(void **state)
     clast_trace_any(s.tlas, &ray, 1, &filter, &occluded);
     assert_int_equal(occluded, 0);
     instances[1].filtered = 0; // this one is not asked
-    assert_ok(context, clast_tlas_build(s.tlas, instances, 4));
+    assert_ok(context, clast_tlas_build(s.tlas, instances, 4, CLAST_BUILD_BEST));
     clast_trace_closest(s.tlas, &ray, 1, &filter, &hit);
     assert_int_equal(hit.instance, 1);
     stage_end(&s);
@@ -284,9 +284,9 @@ static void larger_templates_find_room_in_a_pool_of_small_ones(void **state)
     clast_clas_input input = {large, vertices};
     size_t slot = clast_clas_pool_count(s.c.pool) + 3; // some slots are left empty
     assert_ok(context, clast_clas_instantiate(s.c.pool, slot, 1, &input));
-    assert_ok(context, clast_blas_build(s.c.blas, NULL, slot + 1));
+    assert_ok(context, clast_blas_build(s.c.blas, NULL, slot + 1, CLAST_BUILD_BEST));
     clast_tlas_instance instance = instance_of(s.c.blas, 0);
-    assert_ok(context, clast_tlas_build(s.tlas, &instance, 1));
+    assert_ok(context, clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST));
     clast_ray ray = {{0.31f, 0.45f, 1}, 0, {0, 0, -1}, INFINITY};
     assert_int_equal(trace(s.tlas, &ray).cluster, 0);
     ray.origin[0] = 5.31f;

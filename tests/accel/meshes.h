@@ -316,7 +316,7 @@ static inline clast_status clustered_fill(clustered *c, const mesh *m, uint32_t 
     free(local);
     free(descs);
     free(inputs);
-    return status == CLAST_OK ? clast_blas_build(c->blas, NULL, c->cluster_count) : status;
+    return status == CLAST_OK ? clast_blas_build(c->blas, NULL, c->cluster_count, CLAST_BUILD_BEST) : status;
 }
 
 static inline clast_status clustered_make(clast_context *context, const mesh *m, uint32_t most, clustered *c)

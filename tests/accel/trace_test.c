@@ -65,7 +65,7 @@ static void compare_with_brute_force(clast_context *context, mesh *m, uint32_t m
     assert_ok(context, clustered_make(context, m, most, &c));
     assert_ok(context, clast_tlas_create(context, &tlas));
     clast_tlas_instance instance = instance_of(c.blas, 0);
-    assert_ok(context, clast_tlas_build(tlas, &instance, 1));
+    assert_ok(context, clast_tlas_build(tlas, &instance, 1, CLAST_BUILD_BEST));
     randoms r = {7};
     uint32_t hits = 0;
     for (uint32_t i = 0; i < rays; i++) {
@@ -120,7 +120,7 @@ static void rays_on_the_lines_of_a_grid_agree(void **state)
     assert_ok(*state, clustered_make(*state, &m, 128, &c));
     assert_ok(*state, clast_tlas_create(*state, &tlas));
     clast_tlas_instance instance = instance_of(c.blas, 0);
-    assert_ok(*state, clast_tlas_build(tlas, &instance, 1));
+    assert_ok(*state, clast_tlas_build(tlas, &instance, 1, CLAST_BUILD_BEST));
     randoms r = {17};
     for (uint32_t i = 0; i < 3000; i++) {
         clast_ray ray = {

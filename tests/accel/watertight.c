@@ -290,7 +290,7 @@ static clast_status make_variant(run *r, const shape *s, float size, variant *v)
         memcpy(instances[1].transform, v->maps[map], sizeof instances[1].transform);
         status = clast_tlas_create(r->context, &v->tlas[map]);
         // every other one twice in the same place: all hits are ties, and there is a tree over the instances
-        status = status == CLAST_OK ? clast_tlas_build(v->tlas[map], instances, 1 + map % 2) : status;
+        status = status == CLAST_OK ? clast_tlas_build(v->tlas[map], instances, 1 + map % 2, CLAST_BUILD_BEST) : status;
     }
     return status;
 }

@@ -75,9 +75,9 @@ static void build_ours(trial *t)
     }
     clast_tlas_instance instance = instance_of(t->blas, 0);
     assert_ok(context, clast_clas_instantiate(t->pool, 0, count, inputs));
-    assert_ok(context, clast_blas_build(t->blas, NULL, count));
+    assert_ok(context, clast_blas_build(t->blas, NULL, count, CLAST_BUILD_BEST));
     instance.blas = t->blas;
-    assert_ok(context, clast_tlas_build(t->tlas, &instance, 1));
+    assert_ok(context, clast_tlas_build(t->tlas, &instance, 1, CLAST_BUILD_BEST));
     clast_tlas_bounds(t->tlas, t->lower, t->upper);
     free(descs);
     free(inputs);
