@@ -41,7 +41,15 @@ clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t co
                               slots[i], blas->pool->count);
         }
     }
-    return clast_tree_build(blas->context, &blas->tree, blas->pool->boxes, slots, count, build);
+    clast_arena scratch = {clast_allocate(blas->context, clast_tree_scratch(count), 1), 0};
+    if (scratch.memory == NULL) {
+        blas->tree.node_count = blas->tree.level_count = 0;
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    clast_status status =
+        clast_tree_build(blas->context, &blas->tree, blas->pool->boxes, slots, count, build, &scratch);
+    clast_free(blas->context, scratch.memory);
+    return status;
 }
 
 clast_status clast_blas_refit(clast_blas *blas)

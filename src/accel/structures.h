@@ -10,6 +10,7 @@
 #include <stddef.h>
 
 #include "clast/accel.h"
+#include "accel/memory.h"
 #include "base/context.h"
 #include "base/isa.h"
 #include "shared/limits.h"
@@ -115,14 +116,20 @@ typedef struct clast_tree {
     clast_box *boxes; // of the nodes, not quantised
     uint32_t node_count;
     size_t node_capacity, box_capacity;
+    bool placed; // in memory that is not the tree's own
     uint32_t level_count;
     uint32_t levels[TREE_DEPTH + 1]; // where each level begins, and the end
 } clast_tree;
 
 // Builds over items `numbers[0..count)`, or 0 to count - 1 where `numbers` is null; `boxes[i]` is item i's, lower > upper
-// where it is empty. Empty items keep a place in the tree.
+// where it is empty. Empty items keep a place in the tree. Working memory comes from `scratch`, which has at least
+// clast_tree_scratch(count) bytes left. Nodes are allocated where the tree was not placed in memory for so many items.
 clast_status clast_tree_build(clast_context *context, clast_tree *tree, const clast_box *boxes, const uint32_t *numbers,
-                              size_t count, clast_build build);
+                              size_t count, clast_build build, clast_arena *scratch);
+// Bytes of working memory that any build over at most `count` items takes.
+size_t clast_tree_scratch(size_t count);
+// Takes memory for a tree over at most `count` items. The tree is empty then, and no longer needs to be freed.
+void clast_tree_place(clast_tree *tree, size_t count, clast_arena *arena);
 // Fits all boxes anew. Never fails, allocates nothing.
 void clast_tree_refit(clast_context *context, clast_tree *tree, const clast_box *boxes);
 void clast_tree_free(clast_context *context, clast_tree *tree);

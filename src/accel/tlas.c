@@ -192,7 +192,13 @@ clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *insta
         }
     }
     tlas->spread = (float)(spread < 1e20 ? spread : 1e20);
-    return clast_tree_build(tlas->context, &tlas->tree, tlas->boxes, NULL, tlas->placement_count, build);
+    clast_arena scratch = {clast_allocate(tlas->context, clast_tree_scratch(count), 1), 0};
+    if (scratch.memory == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    status = clast_tree_build(tlas->context, &tlas->tree, tlas->boxes, NULL, tlas->placement_count, build, &scratch);
+    clast_free(tlas->context, scratch.memory);
+    return status;
 }
 
 void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3])

@@ -457,8 +457,40 @@ static void begin_build(builder *b)
     clast_parallel_for(b->context, b->count, GATHER_GRAIN, gather_items, b);
 }
 
+// All working memory of a build over b->count items. Without memory in the arena this only counts.
+static void take_scratch(builder *b, clast_arena *arena)
+{
+    size_t nodes = 2 * (size_t)b->count - 1;
+    b->order = clast_arena_take(arena, b->count, sizeof *b->order);
+    b->nodes = clast_arena_take(arena, nodes, sizeof *b->nodes);
+    b->ranges = clast_arena_take(arena, MOST_SUBTREES, sizeof *b->ranges);
+    b->next_ranges = clast_arena_take(arena, MOST_SUBTREES, sizeof *b->next_ranges);
+    b->costs = clast_arena_take(arena, nodes, sizeof *b->costs);
+    b->shares = clast_arena_take(arena, nodes, sizeof *b->shares);
+    b->roots = clast_arena_take(arena, b->count, sizeof *b->roots);
+}
+
+size_t clast_tree_scratch(size_t count)
+{
+    builder b = {.count = (uint32_t)count};
+    clast_arena arena = {NULL, 0};
+    if (count != 0) {
+        take_scratch(&b, &arena);
+    }
+    return arena.used;
+}
+
+void clast_tree_place(clast_tree *tree, size_t count, clast_arena *arena)
+{
+    // Each node but a root over a single item has two children or more.
+    size_t nodes = count > 1 ? count - 1 : count;
+    *tree = (clast_tree){.node_capacity = nodes, .box_capacity = nodes, .placed = true};
+    tree->nodes = clast_arena_take(arena, nodes, sizeof *tree->nodes);
+    tree->boxes = clast_arena_take(arena, nodes, sizeof *tree->boxes);
+}
+
 clast_status clast_tree_build(clast_context *context, clast_tree *tree, const clast_box *boxes, const uint32_t *numbers,
-                              size_t count, clast_build build)
+                              size_t count, clast_build build, clast_arena *scratch)
 {
     (void)build;
     tree->node_count = 0;
@@ -466,34 +498,11 @@ clast_status clast_tree_build(clast_context *context, clast_tree *tree, const cl
     if (count == 0) {
         return CLAST_OK;
     }
-    size_t nodes = 2 * count - 1;
-    builder b = {
-        .context = context,
-        .boxes = boxes,
-        .numbers = numbers,
-        .count = (uint32_t)count,
-        .order = clast_allocate(context, count, sizeof *b.order),
-        .nodes = clast_allocate(context, nodes, sizeof *b.nodes),
-        .ranges = clast_allocate(context, MOST_SUBTREES, sizeof *b.ranges),
-        .next_ranges = clast_allocate(context, MOST_SUBTREES, sizeof *b.next_ranges),
-        .costs = clast_allocate(context, nodes, sizeof *b.costs),
-        .shares = clast_allocate(context, nodes, sizeof *b.shares),
-        .roots = clast_allocate(context, count, sizeof *b.roots),
-    };
-    clast_status status = CLAST_ERROR_OUT_OF_MEMORY;
-    if (b.order != NULL && b.nodes != NULL && b.ranges != NULL && b.next_ranges != NULL && b.costs != NULL &&
-        b.shares != NULL && b.roots != NULL) {
-        begin_build(&b);
-        build_binary(&b);
-        status = gather(&b, tree);
-    }
-    clast_free(context, b.order);
-    clast_free(context, b.nodes);
-    clast_free(context, b.ranges);
-    clast_free(context, b.next_ranges);
-    clast_free(context, b.costs);
-    clast_free(context, b.shares);
-    clast_free(context, b.roots);
+    builder b = {.context = context, .boxes = boxes, .numbers = numbers, .count = (uint32_t)count};
+    take_scratch(&b, scratch);
+    begin_build(&b);
+    build_binary(&b);
+    clast_status status = gather(&b, tree);
     if (status == CLAST_OK) {
         clast_tree_refit(context, tree, boxes);
     } else {
@@ -566,8 +575,10 @@ void clast_tree_refit(clast_context *context, clast_tree *tree, const clast_box 
 
 void clast_tree_free(clast_context *context, clast_tree *tree)
 {
-    clast_free(context, tree->nodes);
-    clast_free(context, tree->boxes);
+    if (!tree->placed) {
+        clast_free(context, tree->nodes);
+        clast_free(context, tree->boxes);
+    }
     memset(tree, 0, sizeof *tree);
 }
 
