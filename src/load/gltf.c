@@ -12,8 +12,8 @@
 #define VALUE_COUNT_MOST ((uint64_t)1 << 25)
 
 static const char *const EXTENSIONS[] = {
-    "EXT_mesh_gpu_instancing", "KHR_lights_punctual",   "KHR_materials_emissive_strength",
-    "KHR_mesh_quantization",   "KHR_texture_transform",
+    "EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "KHR_lights_punctual",   "KHR_materials_emissive_strength",
+    "KHR_mesh_quantization",   "KHR_meshopt_compression", "KHR_texture_transform",
 };
 
 static bool has_extension(const char *name)
@@ -157,13 +157,15 @@ static bool allocate_tables(clast_gltf *gltf)
            materials = clast_gltf_size(&gltf->lists[CLAST_GLTF_MATERIALS]);
     gltf->buffers = clast_allocate_zeroed(context, clast_gltf_size(&gltf->lists[CLAST_GLTF_BUFFERS]),
                                           sizeof *gltf->buffers);
+    gltf->decoded_views = clast_allocate_zeroed(context, clast_gltf_size(&gltf->lists[CLAST_GLTF_BUFFER_VIEWS]),
+                                                sizeof *gltf->decoded_views);
     gltf->images = clast_allocate(context, images, sizeof *gltf->images);
     gltf->image_tried = clast_allocate_zeroed(context, images, sizeof *gltf->image_tried);
     gltf->textures = clast_allocate(context, textures, sizeof *gltf->textures);
     gltf->materials = clast_allocate_zeroed(context, materials, sizeof *gltf->materials);
     gltf->mesh_geometries = clast_allocate(context, meshes, sizeof *gltf->mesh_geometries);
-    if (gltf->buffers == NULL || gltf->images == NULL || gltf->image_tried == NULL || gltf->textures == NULL ||
-        gltf->materials == NULL || gltf->mesh_geometries == NULL) {
+    if (gltf->buffers == NULL || gltf->decoded_views == NULL || gltf->images == NULL || gltf->image_tried == NULL ||
+        gltf->textures == NULL || gltf->materials == NULL || gltf->mesh_geometries == NULL) {
         return clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
     }
     memset(gltf->images, 0xff, images * sizeof *gltf->images);

@@ -79,6 +79,8 @@ typedef struct clast_gltf {
     bool has_binary_chunk;
     clast_bytes binary_chunk;
     clast_gltf_buffer *buffers; // one for each of the file's
+    void **decoded_views;       // one for each of the file's views; null where it is not compressed, or not needed yet
+    uint64_t decoded_bytes;     // of all of them
     uint32_t *images;           // scene images; CLAST_NONE: not read yet, or not readable
     bool *image_tried;
     uint32_t *textures; // scene textures, likewise
@@ -143,11 +145,19 @@ bool clast_gltf_split(clast_gltf *gltf, clast_bytes *text);
 // The bytes of a URI: a decoded data URI in `*block` (to be freed), or a mapped file in `*file`.
 bool clast_gltf_open_uri(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, void **block,
                          clast_file_view *file, clast_bytes *bytes);
-// The bytes of a buffer view, and which buffer they are of. Buffers are opened when first asked for.
-bool clast_gltf_open_view(clast_gltf *gltf, uint32_t view, clast_bytes *bytes, uint32_t *buffer);
+// Opens a buffer, where it is not open yet. The index has been checked.
+bool clast_gltf_open_buffer(clast_gltf *gltf, uint32_t index);
 // Hands a buffer's mapping to the scene, so that arrays may point into it; false where it is no mapping, or on failure.
 bool clast_gltf_keep_buffer(clast_gltf *gltf, uint32_t buffer);
 void clast_gltf_close_buffers(clast_gltf *gltf);
+
+// ------------------------------------------------------------------------------------------------------ gltf_view.c
+
+#define CLAST_GLTF_DECODED (CLAST_NONE - 1u) // in place of a buffer's number: the reader decoded the bytes itself
+
+// The bytes of a buffer view, and which buffer they are of. Buffers are opened, and compressed views decoded, when first
+// asked for.
+bool clast_gltf_open_view(clast_gltf *gltf, uint32_t view, clast_bytes *bytes, uint32_t *buffer);
 
 // -------------------------------------------------------------------------------------------------- gltf_accessor.c
 

@@ -239,9 +239,12 @@ bool clast_gltf_open_uri(clast_gltf *gltf, const clast_gltf_value *place, const 
 
 // ------------------------------------------------------------------------------------------------------------- buffers
 
-static bool open_buffer(clast_gltf *gltf, uint32_t index)
+bool clast_gltf_open_buffer(clast_gltf *gltf, uint32_t index)
 {
     clast_gltf_buffer *buffer = &gltf->buffers[index];
+    if (buffer->opened) {
+        return true;
+    }
     clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_BUFFERS, index);
     uint64_t length = clast_gltf_integer(gltf, &value, "byteLength", 1, INT64_MAX, CLAST_GLTF_REQUIRED);
     const char *uri = clast_gltf_text(gltf, &value, "uri");
@@ -269,49 +272,11 @@ static bool open_buffer(clast_gltf *gltf, uint32_t index)
     return true;
 }
 
-// Compressed views point to a buffer that may have no bytes: the extension says so, and is lacking here.
-static bool fail_compressed(clast_gltf *gltf, const clast_gltf_value *view, uint32_t buffer_index)
-{
-    static const char *const names[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
-    clast_gltf_value buffer = clast_gltf_entry(gltf, CLAST_GLTF_BUFFERS, buffer_index);
-    clast_gltf_value extensions;
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        bool is_compressed = clast_gltf_extension(gltf, view, &extensions, names[i]).json != NULL;
-        if (is_compressed && clast_gltf_extension(gltf, &buffer, &extensions, names[i]).json != NULL &&
-            json_object_get(buffer.json, "uri") == NULL) {
-            return clast_gltf_fail(gltf, CLAST_ERROR_UNSUPPORTED, view, "needs the extension %s", names[i]);
-        }
-    }
-    return true;
-}
-
-bool clast_gltf_open_view(clast_gltf *gltf, uint32_t index, clast_bytes *bytes, uint32_t *buffer)
-{
-    clast_gltf_value view = clast_gltf_entry(gltf, CLAST_GLTF_BUFFER_VIEWS, index);
-    uint32_t number = clast_gltf_index(gltf, &view, "buffer", CLAST_GLTF_BUFFERS);
-    uint64_t offset = clast_gltf_integer(gltf, &view, "byteOffset", 0, INT64_MAX, 0);
-    uint64_t length = clast_gltf_integer(gltf, &view, "byteLength", 1, INT64_MAX, CLAST_GLTF_REQUIRED);
-    if (!clast_gltf_ok(gltf)) {
-        return false;
-    }
-    if (number == CLAST_NONE) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &view, "no buffer: expected its index");
-    }
-    if (!gltf->buffers[number].opened && (!fail_compressed(gltf, &view, number) || !open_buffer(gltf, number))) {
-        return false;
-    }
-    if (!clast_bytes_slice(gltf->buffers[number].bytes, offset, length, bytes)) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &view,
-                               "byteOffset %llu and byteLength %llu: expected to lie in the %llu bytes of buffer %u",
-                               (unsigned long long)offset, (unsigned long long)length,
-                               (unsigned long long)gltf->buffers[number].bytes.size, number);
-    }
-    *buffer = number;
-    return true;
-}
-
 bool clast_gltf_keep_buffer(clast_gltf *gltf, uint32_t index)
 {
+    if (index == CLAST_GLTF_DECODED) {
+        return false;
+    }
     clast_gltf_buffer *buffer = &gltf->buffers[index];
     if (buffer->block != NULL || buffer->kept) {
         return buffer->kept;
@@ -330,6 +295,12 @@ void clast_gltf_close_buffers(clast_gltf *gltf)
         clast_file_unmap(gltf->context, &gltf->buffers[i].file);
         clast_free(gltf->context, gltf->buffers[i].block);
     }
+    count = gltf->decoded_views != NULL ? clast_gltf_size(&gltf->lists[CLAST_GLTF_BUFFER_VIEWS]) : 0;
+    for (size_t i = 0; i < count; i++) {
+        clast_free(gltf->context, gltf->decoded_views[i]);
+    }
     clast_free(gltf->context, gltf->buffers);
+    clast_free(gltf->context, gltf->decoded_views);
     gltf->buffers = NULL;
+    gltf->decoded_views = NULL;
 }

@@ -511,13 +511,43 @@ static void a_compressed_primitive_without_bytes_names_its_extension(void **stat
         "{" ASSET "," NODE "," MESH(
             "'attributes':{'POSITION':0},'extensions':{'KHR_draco_mesh_compression':{}}") ",'accessors':[{'componentType':5126,'count':3,'type':'VEC3'}]}",
         CLAST_ERROR_UNSUPPORTED, "meshes[0].primitives[0]: needs the extension KHR_draco_mesh_compression");
+}
+
+#define PACKED(parameters) \
+    "{" ASSET "," NODE "," MESH( \
+        "'attributes':{'POSITION':0}") ",'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3','min':[0,0,0],'max':[1,1,0]}]," \
+                                       "'buffers':[{'byteLength':36}," \
+                                       "{'byteLength':48,'uri':'data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA'}]," \
+                                       "'bufferViews':[{'buffer':0,'byteLength':36,'extensions':{'KHR_meshopt_compression':{'buffer':1," parameters \
+                                       "}}}]}"
+
+static void what_a_compressed_view_says_of_itself_is_checked(void **state)
+{
+    fixture *f = *state;
+    assert_refused(f, PACKED("'byteLength':48,'byteStride':12,'count':3,'mode':'SOMETHING'"), CLAST_ERROR_MALFORMED,
+                   "bufferViews[0].extensions.KHR_meshopt_compression: mode SOMETHING");
+    assert_refused(f, PACKED("'byteLength':48,'byteStride':12,'count':3,'mode':'ATTRIBUTES','filter':'BLUR'"),
+                   CLAST_ERROR_MALFORMED, "filter BLUR");
+    assert_refused(f, PACKED("'byteLength':48,'byteStride':12,'count':2,'mode':'ATTRIBUTES'"), CLAST_ERROR_MALFORMED,
+                   "2 elements of 12 bytes: expected the 36 bytes of the buffer view");
+    assert_refused(f, PACKED("'byteLength':49,'byteStride':12,'count':3,'mode':'ATTRIBUTES'"), CLAST_ERROR_MALFORMED,
+                   "expected to lie in the 48 bytes of buffer 1");
+    assert_refused(f, PACKED("'byteLength':48,'byteStride':12,'count':3,'mode':'ATTRIBUTES'"), CLAST_ERROR_MALFORMED,
+                   "the compressed stream: its first byte is not a0 or a1");
+}
+
+static void a_stream_that_stands_for_far_more_bytes_is_refused(void **state)
+{
+    fixture *f = *state;
     assert_refused(
         f,
         "{" ASSET "," NODE "," MESH(
-            "'attributes':{'POSITION':0}") ",'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],"
-                                           "'buffers':[{'byteLength':36,'extensions':{'EXT_meshopt_compression':{'fallback':true}}}],"
-                                           "'bufferViews':[{'buffer':0,'byteLength':36,'extensions':{'EXT_meshopt_compression':{}}}]}",
-        CLAST_ERROR_UNSUPPORTED, "bufferViews[0]: needs the extension EXT_meshopt_compression");
+            "'attributes':{'POSITION':0}") ",'accessors':[{'bufferView':0,"
+                                           "'componentType':5126,'count':100000000,'type':'VEC3'}],'buffers':[{'byteLength':1200000000},"
+                                           "{'byteLength':3,'uri':'data:application/octet-stream;base64,oQAA'}],'bufferViews':[{'buffer':0,"
+                                           "'byteLength':1200000000,'extensions':{'KHR_meshopt_compression':{'buffer':1,'byteLength':3,"
+                                           "'byteStride':12,'count':100000000,'mode':'ATTRIBUTES'}}}]}",
+        CLAST_ERROR_LIMIT, "1200000000 bytes once decoded");
 }
 
 int main(void)
@@ -546,6 +576,8 @@ int main(void)
         GLTF_TEST(a_primitive_keeps_its_part_of_a_long_accessor),
         GLTF_TEST(meshes_without_primitives_are_refused),
         GLTF_TEST(a_compressed_primitive_without_bytes_names_its_extension),
+        GLTF_TEST(what_a_compressed_view_says_of_itself_is_checked),
+        GLTF_TEST(a_stream_that_stands_for_far_more_bytes_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

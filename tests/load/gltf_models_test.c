@@ -16,14 +16,10 @@ static const struct refusal {
     const char *words;
 } REFUSALS[] = {
     {"gltf-compressed/BoxDraco/BoxDraco.gltf", CLAST_ERROR_UNSUPPORTED, "KHR_draco_mesh_compression"},
-    {"gltf-compressed/BoxMeshopt.glb", CLAST_ERROR_UNSUPPORTED, "EXT_meshopt_compression"},
-    {"gltf-compressed/BoxMeshopt/BoxMeshopt.gltf", CLAST_ERROR_UNSUPPORTED, "EXT_meshopt_compression"},
     {"gltf-compressed/Box_Draco.glb", CLAST_ERROR_UNSUPPORTED, "KHR_draco_mesh_compression"},
     {"gltf-compressed/CesiumMilkTruck/CesiumMilkTruck.gltf", CLAST_ERROR_UNSUPPORTED, "KHR_draco_mesh_compression"},
     {"gltf-compressed/DracoSparseMesh/DracoSparseMesh.gltf", CLAST_ERROR_UNSUPPORTED, "KHR_draco_mesh_compression"},
-    {"gltf-compressed/Duck-vp-12-vt-12-vn-12.glb", CLAST_ERROR_UNSUPPORTED, "EXT_meshopt_compression"},
     {"gltf-compressed/chess-board.glb", CLAST_ERROR_UNSUPPORTED, "KHR_draco_mesh_compression"},
-    {"gltf-compressed/pirate.glb", CLAST_ERROR_UNSUPPORTED, "EXT_meshopt_compression"},
     {"gltf-edge/AssetGenerator/Compatibility/Compatibility_04.gltf", CLAST_ERROR_UNSUPPORTED, "version 2.1"},
     {"gltf-edge/AssetGenerator/Compatibility/Compatibility_05.gltf", CLAST_ERROR_UNSUPPORTED,
      "FAKE_materials_quantumRendering"},
