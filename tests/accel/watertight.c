@@ -1,47 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 // Aims rays exactly at shared edges and vertices of closed meshes and counts those that slip through.
 //
-//   watertight --rays N --seed S [--isa plain|sse4.2|avx2] [--threads T]
+//   watertight [--rays N] [--seed S] [--isa NAME | all] [--threads T] [--peer embree] [--meshes made|models|all]
 //
-// Ends with a line `leaks: L of N rays` and exits 1 where L > 0. The rays depend on the seed alone.
+// A leak is a ray from inside that hits nothing, or a ray that crosses the surface for certain (watertight_crossing.c) at the
+// edge it was aimed at, and hits nothing or only something behind. Rays go one by one and in batches, to the nearest hit and
+// to any. Models are those of the folder CLAST_ASSETS. Ends with a line `leaks: L of N rays` and exits 1 where L > 0. The rays
+// depend on the seed and the meshes alone; each instruction set gets N.
 #include <errno.h>
 #include <stdatomic.h>
 #include <stdio.h>
 
-#include "accel/meshes.h"
+#include "accel/watertight.h"
 #include "base/isa.h"
 #include "base/thread.h"
 
-enum { MESHES = 7, MAPS = 8, SIZES = 5, CHUNK = 4096 };
+enum { SIZES = 5, CHUNK = 512, SAMPLED = 256, MODES = 4 };
 
-// A closed mesh. Those that look round from everywhere are also tested from outside, and by the distance of the hit.
-typedef struct shape {
-    const char *name;
-    mesh m;
-    bool is_round;
-    float ring;  // a torus: the radius of the circle inside it; else 0
-    float inner; // what is nearer to the middle, or to the ring, is inside
-} shape;
-
+// A surface of some size, in some kind of clusters, and its trees.
 typedef struct variant {
-    const shape *shape;
-    mesh m; // scaled
+    surface s;
+    cluster_kind kind;
+    bool is_moved; // built over another shape, then refitted
     float size;
-    clustered c;
-    float maps[MAPS][3][4];
-    clast_tlas *tlas[MAPS];
+    clusters c;
+    placing maps[WATERTIGHT_MAPS];
+    clast_tlas *tlas[WATERTIGHT_MAPS];
+    peer_scene *peer;
 } variant;
+
+typedef struct counters {
+    atomic_uint_fast64_t leaks, rims, sampled, sure, peer_leaks[2], peer_rays;
+} counters;
 
 typedef struct run {
     clast_context *context;
-    shape shapes[MESHES];
-    variant variants[MESHES * SIZES];
-    uint64_t rays, seed;
-    atomic_uint_fast64_t leaks;
+    surface *surfaces; // as they are, and as they are when moved
+    surface *moved;
+    uint32_t surface_count, variant_count;
+    variant *variants;
+    peer *peer;
+    uint64_t rays, seed, total;
+    counters count;
 } run;
 
 // For a mesh of size one.
-static const float maps[MAPS][3][4] = {
+static const float maps[WATERTIGHT_MAPS][3][4] = {
     {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
     {{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},                                    // a mirror
     {{0, 0, 4, 1}, {0.25f, 0, 0, 2}, {0, 1, 0, -3}},                                // axes changed, powers of two
@@ -66,192 +70,256 @@ static mesh tetrahedron(void)
     return m;
 }
 
-static void make_shapes(run *r)
+static bool add_surface(run *r, const char *name, mesh m, uint32_t columns, uint32_t rows)
 {
-    r->shapes[0] = (shape){"sphere", mesh_sphere(96, 48), true, 0, 0.9f};
-    r->shapes[1] = (shape){"octasphere", mesh_octasphere(5), true, 0, 0.9f};
-    r->shapes[2] = (shape){"torus", mesh_torus(128, 48, 1.0f, 0.3f), false, 1.0f, 0.2f};
-    r->shapes[3] = (shape){"bumpy sphere", mesh_octasphere(5), false, 0, 0.3f};
-    r->shapes[4] = (shape){"spiky sphere", mesh_sphere(64, 64), false, 0, 0.05f};
-    r->shapes[5] = (shape){"tetrahedron", tetrahedron(), false, 0, 0.5f};
-    r->shapes[6] = (shape){"thin torus", mesh_torus(2000, 6, 1.0f, 0.01f), false, 1.0f, 0.005f};
-    mesh_displace(&r->shapes[3].m, 0.2f, r->seed + 1);
-    mesh_displace(&r->shapes[4].m, 0.8f, r->seed + 2);
+    surface s;
+    uint32_t open = surface_make(r->context, name, &m, &s);
+    printf("%s: %u triangles, %u edges without two faces\n", name, m.triangle_count, open);
+    s.columns = columns;
+    s.rows = rows;
+    s.sheets = columns != 0 ? m.triangle_count / (2 * columns * rows) : 0;
+    r->surfaces = realloc(r->surfaces, (r->surface_count + 1) * sizeof *r->surfaces);
+    r->surfaces[r->surface_count++] = s;
+    return open == 0 && surface_find_inside(&r->surfaces[r->surface_count - 1], r->seed);
 }
 
-// Each edge must have two faces, which run along it in opposite ways. Gives how many do not.
-static uint32_t open_edges(const mesh *m)
+static bool make_surfaces(run *r)
 {
-    uint32_t slots = 8 * m->triangle_count, open = 0;
-    struct {
-        uint32_t lower, upper;
-        int count, sum;
-    } *table = calloc(slots, sizeof *table);
-    for (uint32_t i = 0; i < 3 * m->triangle_count; i++) {
-        uint32_t a = m->indices[i], b = m->indices[i % 3 == 2 ? i - 2 : i + 1];
-        uint32_t lower = a < b ? a : b, upper = a < b ? b : a;
-        uint32_t slot = (lower * 2654435761u ^ upper * 40503u) % slots;
-        while (table[slot].count != 0 && (table[slot].lower != lower || table[slot].upper != upper)) {
-            slot = (slot + 1) % slots;
+    mesh bumpy = mesh_octasphere(5), spiky = mesh_sphere(64, 64);
+    mesh_displace(&bumpy, 0.2f, r->seed + 1);
+    mesh_displace(&spiky, 0.8f, r->seed + 2);
+    bool sound = add_surface(r, "sphere", mesh_sphere(96, 48), 0, 0);
+    sound = add_surface(r, "octasphere", mesh_octasphere(5), 0, 0) && sound;
+    sound = add_surface(r, "torus", mesh_torus(128, 48, 1.0f, 0.3f), 128, 48) && sound;
+    sound = add_surface(r, "bumpy sphere", bumpy, 0, 0) && sound;
+    sound = add_surface(r, "spiky sphere", spiky, 0, 0) && sound;
+    sound = add_surface(r, "tetrahedron", tetrahedron(), 0, 0) && sound;
+    sound = add_surface(r, "thin torus", mesh_torus(2000, 6, 1.0f, 0.01f), 2000, 6) && sound;
+    return add_surface(r, "cube sphere", mesh_cube_sphere(37), 37, 37) && sound;
+}
+
+// Bends and swells a surface; false where nothing is inside any more.
+static bool make_moved(run *r, const surface *s, surface *moved)
+{
+    *moved = surface_scaled(s, 1.0f);
+    for (uint32_t i = 0; i < s->m.vertex_count; i++) {
+        float *p = moved->m.positions + 3 * (size_t)i, from[3];
+        for (int axis = 0; axis < 3; axis++) {
+            from[axis] = (float)(((double)p[axis] - s->centre[axis]) / s->radius);
         }
-        table[slot].lower = lower;
-        table[slot].upper = upper;
-        table[slot].count++;
-        table[slot].sum += a < b ? 1 : -1;
+        float swelling = 1.0f + 0.2f * sinf(4.0f * from[1] + 1.0f) + 0.05f * sinf(17.0f * from[0] + 9.0f * from[2]);
+        for (int axis = 0; axis < 3; axis++) {
+            float bent = axis == 0 ? 0.3f * from[2] * from[2] : 0.0f;
+            p[axis] = (float)(s->centre[axis] + s->radius * (double)(from[axis] * swelling + bent));
+        }
     }
-    for (uint32_t i = 0; i < slots; i++) {
-        open += table[i].count != 0 && (table[i].count != 2 || table[i].sum != 0);
-    }
-    free(table);
-    return open;
+    surface rescaled = surface_scaled(moved, 1.0f); // with its own middle
+    surface_free(moved);
+    *moved = rescaled;
+    return surface_find_inside(moved, r->seed + 3);
 }
 
-// ---------------------------------------------------------------------------------------------------------------- aim
+// ------------------------------------------------------------------------------------------------------------ variants
 
-static float nudge(float x, randoms *r)
+// What a map does to a mesh of size one, for one of another size. Where the world would be too small or too large for
+// floats to tell its points apart, the identity.
+static placing make_map(uint32_t number, double size)
 {
-    uint32_t way = random_below(r, 3);
-    return way == 0 ? x : nextafterf(x, way == 1 ? INFINITY : -INFINITY);
-}
-
-static void nudge3(float v[3], randoms *r)
-{
-    for (int axis = 0; axis < 3; axis++) {
-        v[axis] = nudge(v[axis], r);
-    }
-}
-
-static float length_of(const float v[3])
-{
-    double sum = 0.0;
-    for (int axis = 0; axis < 3; axis++) {
-        sum += (double)v[axis] * (double)v[axis];
-    }
-    return (float)sqrt(sum);
-}
-
-// A point of a random edge: an end, the middle, or between.
-static void edge_point(const mesh *m, randoms *r, float point[3])
-{
-    uint32_t triangle = random_below(r, m->triangle_count), corner = random_below(r, 3);
-    const float *a = m->positions + 3 * (size_t)m->indices[3 * triangle + corner];
-    const float *b = m->positions + 3 * (size_t)m->indices[3 * triangle + (corner + 1) % 3];
-    const float places[4] = {0.0f, 0.5f, 1.0f, random_float(r)};
-    float t = places[random_below(r, 4)];
-    for (int axis = 0; axis < 3; axis++) {
-        point[axis] = t == 1.0f ? b[axis] : a[axis] + t * (b[axis] - a[axis]);
-    }
-    if (random_below(r, 4) == 0) {
-        nudge3(point, r);
-    }
-}
-
-// A point inside, in the mesh's own space.
-static void inside_point(const variant *v, randoms *r, float point[3])
-{
-    float radius = v->shape->inner * v->size * 0.55f; // a cube's corner is 1.73 away
-    float turn = 6.2831853f * random_float(r), ring = v->shape->ring * v->size;
-    point[0] = ring * cosf(turn) + random_between(r, -radius, radius);
-    point[1] = ring * sinf(turn) + random_between(r, -radius, radius);
-    point[2] = random_between(r, -radius, radius);
-}
-
-static bool is_inside(const variant *v, const float point[3])
-{
-    float across = v->shape->ring > 0.0f ? hypotf(point[0] / v->size, point[1] / v->size) - v->shape->ring : 0.0f;
-    const float to_ring[3] = {across, 0, point[2] / v->size},
-                to_middle[3] = {point[0] / v->size, point[1] / v->size, point[2] / v->size};
-    return length_of(v->shape->ring > 0.0f ? to_ring : to_middle) < v->shape->inner;
-}
-
-static void to_world(const float map[3][4], const float p[3], float out[3])
-{
+    float map[3][4];
+    double scale = size *
+                   sqrt((double)(maps[number][0][0] * maps[number][0][0] + maps[number][0][1] * maps[number][0][1] +
+                                 maps[number][0][2] * maps[number][0][2]));
+    memcpy(map, maps[scale > 1e-22 && scale < 1e22 ? number : 0], sizeof map);
     for (int i = 0; i < 3; i++) {
-        out[i] = (float)((double)map[i][0] * (double)p[0] + (double)map[i][1] * (double)p[1] +
-                         (double)map[i][2] * (double)p[2] + (double)map[i][3]);
+        map[i][3] = (float)((double)map[i][3] * size);
     }
+    return placing_of(map);
 }
 
-// Where a ray that passes the point from outside has surely gone in: seen from there, the surface is not steep.
-static bool outside_point(const variant *v, const float at[3], randoms *r, float point[3])
+static clast_status make_trees(run *r, variant *v, clast_build build)
 {
-    float distance = exp2f(random_between(r, 1.0f, 16.6f)), way[3], cosine = 0.0f; // up to 1e5 sizes
-    for (int axis = 0; axis < 3; axis++) {
-        way[axis] = random_between(r, -1, 1);
+    clast_status status = CLAST_OK;
+    float placed[WATERTIGHT_MAPS][3][4];
+    for (uint32_t map = 0; map < WATERTIGHT_MAPS && status == CLAST_OK; map++) {
+        clast_tlas_instance instances[2] = {{.blas = v->c.blas, .id = 0}, {.blas = v->c.blas, .id = 1}};
+        v->maps[map] = make_map(map, v->s.radius);
+        memcpy(placed[map], v->maps[map].to_world, sizeof placed[map]);
+        memcpy(instances[0].transform, placed[map], sizeof placed[map]);
+        memcpy(instances[1].transform, placed[map], sizeof placed[map]);
+        status = clast_tlas_create(r->context, &v->tlas[map]);
+        // every other one twice in the same place: all hits are ties, and there is a tree over the instances
+        status = status == CLAST_OK ? clast_tlas_build(v->tlas[map], instances, 1 + map % 2, build) : status;
     }
-    float length = length_of(way);
-    if (!v->shape->is_round || length < 0.1f) {
-        return false;
+    if (r->peer != NULL) {
+        v->peer = peer_scene_create(r->peer, &v->s, (const float(*)[3][4])placed);
     }
-    for (int axis = 0; axis < 3; axis++) {
-        point[axis] = way[axis] / length * distance * v->size;
-        way[axis] = way[axis] / length * distance - at[axis] / v->size;
-        cosine += way[axis] * (at[axis] / v->size); // the surface's normal, almost
-    }
-    return cosine > 0.3f * length_of(way);
+    return status;
 }
 
-typedef struct aimed {
-    clast_ray ray;
-    float farthest; // a hit beyond this has missed the surface that was aimed at
-} aimed;
-
-static aimed aim(const variant *v, const float map[3][4], randoms *r)
+static clast_status add_variant(run *r, uint32_t number, float size, cluster_kind kind, bool is_moved)
 {
-    float at[3], from[3];
-    edge_point(&v->m, r, at);
-    bool from_outside = random_below(r, 3) == 0 && outside_point(v, at, r, from);
-    if (!from_outside) {
-        inside_point(v, r, from);
-        uint32_t keep = random_below(r, 8); // axes along which the ray does not move
-        float aligned[3];
-        for (uint32_t axis = 0; axis < 3; axis++) {
-            aligned[axis] = (keep >> axis & 1) != 0 ? at[axis] : from[axis];
-        }
-        if (keep != 7 && is_inside(v, aligned)) {
-            memcpy(from, aligned, sizeof from);
-        }
+    variant *v = &r->variants[r->variant_count++];
+    clast_build build = r->variant_count % 2 == 0 ? CLAST_BUILD_BEST : CLAST_BUILD_FAST;
+    surface rest = surface_scaled(&r->surfaces[number], size);
+    *v = (variant){.kind = kind, .is_moved = is_moved, .size = size};
+    v->s = surface_scaled(is_moved ? &r->moved[number] : &r->surfaces[number], size);
+    clast_status status = clusters_make(r->context, &rest, kind, build, &v->c);
+    if (is_moved && status == CLAST_OK) {
+        status = clusters_refit(&v->c, &v->s);
     }
-    aimed a = {.ray.t_max = INFINITY, .farthest = INFINITY};
-    float target[3];
-    to_world(map, at, target);
-    to_world(map, from, a.ray.origin);
-    for (int axis = 0; axis < 3; axis++) {
-        a.ray.direction[axis] = target[axis] - a.ray.origin[axis];
-    }
-    if (random_below(r, 2) == 0) {
-        nudge3(a.ray.direction, r);
-    }
-    if (v->shape->is_round) {
-        const float way[3] = {at[0] - from[0], at[1] - from[1], at[2] - from[2]};
-        a.farthest = 1.0f + 0.3f * v->size / length_of(way);
-    }
-    return a;
+    surface_free(&rest);
+    return status == CLAST_OK ? make_trees(r, v, build) : status;
 }
 
-// ---------------------------------------------------------------------------------------------------------------- run
-
-static void trace_chunk(run *r, const variant *v, uint32_t map, uint64_t chunk, size_t count)
+static clast_status make_variants(run *r, uint32_t made)
 {
-    randoms random = {r->seed * 0x100000001b3u + chunk};
-    uint64_t leaks = 0;
-    for (size_t i = 0; i < count; i++) {
-        aimed a = aim(v, (const float(*)[4])v->maps[map], &random);
-        clast_hit hit;
-        uint8_t occluded;
-        clast_trace_closest(v->tlas[map], &a.ray, 1, NULL, &hit);
-        clast_trace_any(v->tlas[map], &a.ray, 1, NULL, &occluded);
-        if (hit.instance != 0 || occluded == 0 || hit.t > a.farthest) {
-            if (leaks++ == 0) {
-                printf("%s, size %g, map %u: from %.9g %.9g %.9g towards %.9g %.9g %.9g: %s, t %g of %g\n",
-                       v->shape->name, (double)v->size, map, (double)a.ray.origin[0], (double)a.ray.origin[1],
-                       (double)a.ray.origin[2], (double)a.ray.direction[0], (double)a.ray.direction[1],
-                       (double)a.ray.direction[2], hit.instance == 0 ? "a hit" : "nothing", (double)hit.t,
-                       (double)a.farthest);
+    clast_status status = CLAST_OK;
+    r->variants = calloc((size_t)r->surface_count * 2 * SIZES, sizeof *r->variants);
+    r->moved = calloc(r->surface_count, sizeof *r->moved);
+    for (uint32_t i = 0; i < r->surface_count && status == CLAST_OK; i++) {
+        bool can_move = make_moved(r, &r->surfaces[i], &r->moved[i]), has_sheets = r->surfaces[i].sheets != 0;
+        for (uint32_t k = 0; k < (i < made ? SIZES : 2) && status == CLAST_OK; k++) {
+            float size = sizes[k == 0 ? 0 : (k + (i < made ? 0 : i)) % SIZES];
+            status = add_variant(r, i, size, (cluster_kind)((i + k) % CLUSTERS_GRIDS), can_move && k % 2 == 1);
+            if (has_sheets && status == CLAST_OK) {
+                status = add_variant(r, i, size, CLUSTERS_GRIDS, can_move && k % 2 == 0);
             }
         }
     }
-    atomic_fetch_add(&r->leaks, leaks);
+    return status;
+}
+
+static void free_variants(run *r)
+{
+    for (uint32_t i = 0; i < r->variant_count; i++) {
+        variant *v = &r->variants[i];
+        for (uint32_t map = 0; map < WATERTIGHT_MAPS; map++) {
+            clast_tlas_destroy(v->tlas[map]);
+        }
+        peer_scene_destroy(v->peer);
+        clusters_free(&v->c);
+        surface_free(&v->s);
+    }
+    for (uint32_t i = 0; r->moved != NULL && i < r->surface_count; i++) {
+        surface_free(&r->moved[i]);
+    }
+    free(r->variants);
+    free(r->moved);
+    r->variants = NULL;
+    r->moved = NULL;
+    r->variant_count = 0;
+}
+
+// ----------------------------------------------------------------------------------------------------------------- run
+
+typedef struct outcome {
+    float t;      // of the hit, or infinite
+    bool is_near; // there is a hit, and its distance is not known
+} outcome;
+
+typedef enum verdict { VERDICT_HIT, VERDICT_RIM, VERDICT_LEAK } verdict;
+
+// A hit that is not behind what was aimed at needs no proof; rounding moves t by some parts of 1e-7.
+static verdict judge(const variant *v, uint32_t map, const shot *a, outcome o)
+{
+    if (o.is_near || o.t <= 1.000001f) {
+        return VERDICT_HIT;
+    }
+    if (a->is_inside && o.t == INFINITY) {
+        return VERDICT_LEAK;
+    }
+    double farthest = INFINITY;
+    crossing c = surface_crossing(&v->s, &v->maps[map], &a->ray, a->half_edge, &farthest);
+    if (c == CROSSING_SURE) {
+        return (double)o.t > farthest ? VERDICT_LEAK : VERDICT_HIT;
+    }
+    return c == CROSSING_RIM && o.t == INFINITY ? VERDICT_RIM : VERDICT_HIT;
+}
+
+static void trace_batches(const clast_tlas *tlas, const shot *shots, size_t count, bool any, size_t batch,
+                          outcome *outcomes)
+{
+    clast_ray rays[CHUNK];
+    clast_hit hits[CHUNK];
+    uint8_t occluded[CHUNK];
+    for (size_t i = 0; i < count; i++) {
+        rays[i] = shots[i].ray;
+    }
+    for (size_t i = 0; i < count; i += batch) {
+        size_t some = count - i < batch ? count - i : batch;
+        if (any) {
+            clast_trace_any(tlas, rays + i, some, NULL, occluded + i);
+        } else {
+            clast_trace_closest(tlas, rays + i, some, NULL, hits + i);
+        }
+    }
+    for (size_t i = 0; i < count; i++) {
+        bool hit = any ? occluded[i] != 0 : hits[i].instance == 0; // of equal ones the lower instance
+        outcomes[i] = (outcome){!any && hit ? hits[i].t : INFINITY, any && hit};
+    }
+}
+
+static void report(const run *r, const variant *v, uint32_t map, const shot *a, outcome o, const char *way)
+{
+    printf("%s, %s clusters, size %g%s, map %u, %s, %s: from %a %a %a towards %a %a %a, %s, half edge %u: t %.9g\n",
+           v->s.name, cluster_kind_name(v->kind), (double)v->size, v->is_moved ? ", moved" : "", map, way,
+           clast_isa_text(clast_context_isa(r->context)), (double)a->ray.origin[0], (double)a->ray.origin[1],
+           (double)a->ray.origin[2], (double)a->ray.direction[0], (double)a->ray.direction[1],
+           (double)a->ray.direction[2], a->is_inside ? "inside" : "outside", a->half_edge, (double)o.t);
+}
+
+// Embree takes coordinates up to 1e18, and ends the program where there are others.
+static bool peer_can(const variant *v, uint32_t map)
+{
+    return v->peer != NULL && v->s.radius > 1e-6 && v->s.radius < 1e9 && map != 5 && map != 6;
+}
+
+static void trace_peer(run *r, const variant *v, uint32_t map, const shot *shots, size_t count)
+{
+    for (int robust = 0; robust < 2; robust++) {
+        uint64_t leaks = 0;
+        for (size_t i = 0; i < count; i++) {
+            outcome o = {peer_trace(v->peer, map, robust == 1, &shots[i].ray), false};
+            leaks += judge(v, map, &shots[i], o) == VERDICT_LEAK;
+        }
+        atomic_fetch_add(&r->count.peer_leaks[robust], leaks);
+    }
+    atomic_fetch_add(&r->count.peer_rays, count);
+}
+
+static void trace_chunk(run *r, uint64_t chunk, size_t count)
+{
+    static const size_t batches[] = {2, 7, 16, 64, CHUNK};
+    static const char *const ways[MODES] = {"nearest, single", "nearest, batches", "any, single", "any, batches"};
+    const variant *v = &r->variants[chunk % r->variant_count];
+    uint64_t turn = chunk / r->variant_count;
+    uint32_t map = (uint32_t)(turn % WATERTIGHT_MAPS), mode = (uint32_t)((turn / WATERTIGHT_MAPS + chunk) % MODES);
+    randoms random = {(r->seed * 0x100000001b3u) ^ (chunk * 0x9e3779b97f4a7c15u)};
+    shot shots[CHUNK];
+    outcome outcomes[CHUNK];
+    uint64_t verdicts[3] = {0};
+    for (size_t i = 0; i < count; i++) {
+        shots[i] = aim(&v->s, &v->maps[map], &random);
+    }
+    trace_batches(v->tlas[map], shots, count, mode >= 2, mode % 2 == 0 ? 1 : batches[chunk % 5], outcomes);
+    for (size_t i = 0; i < count; i++) {
+        verdict found = judge(v, map, &shots[i], outcomes[i]);
+        if (found == VERDICT_LEAK && verdicts[found] == 0 && atomic_load(&r->count.leaks) < 10) {
+            report(r, v, map, &shots[i], outcomes[i], ways[mode]);
+        }
+        verdicts[found]++;
+        if (!shots[i].is_inside && i % SAMPLED == 0) {
+            double farthest;
+            crossing c = surface_crossing(&v->s, &v->maps[map], &shots[i].ray, shots[i].half_edge, &farthest);
+            atomic_fetch_add(&r->count.sampled, 1);
+            atomic_fetch_add(&r->count.sure, c == CROSSING_SURE);
+        }
+    }
+    atomic_fetch_add(&r->count.leaks, verdicts[VERDICT_LEAK]);
+    atomic_fetch_add(&r->count.rims, verdicts[VERDICT_RIM]);
+    if (peer_can(v, map)) {
+        trace_peer(r, v, map, shots, count);
+    }
 }
 
 static void trace_range(void *data, size_t begin, size_t end, uint32_t worker)
@@ -260,78 +328,81 @@ static void trace_range(void *data, size_t begin, size_t end, uint32_t worker)
     run *r = data;
     for (size_t chunk = begin; chunk < end; chunk++) {
         uint64_t left = r->rays - chunk * CHUNK;
-        trace_chunk(r, &r->variants[chunk / MAPS % (MESHES * SIZES)], (uint32_t)(chunk % MAPS), chunk,
-                    left < CHUNK ? (size_t)left : CHUNK);
+        trace_chunk(r, chunk, left < CHUNK ? (size_t)left : CHUNK);
     }
 }
 
-// What a map does to a mesh of size one, for one of another size. Where the world would be too small or too large for
-// floats to tell its points apart, the identity.
-static void make_map(uint32_t number, float size, float map[3][4])
+// All surfaces through one instruction set. Gives 77 where the machine lacks it.
+static int test_isa(run *r, const clast_context_desc *desc, bool made, bool models)
 {
-    float scale = length_of(maps[number][0]) * size;
-    memcpy(map, maps[scale > 1e-22f && scale < 1e22f ? number : 0], sizeof maps[0]);
-    for (int i = 0; i < 3; i++) {
-        map[i][3] *= size;
+    clast_status status = clast_context_create(desc, &r->context);
+    if (status == CLAST_ERROR_DEVICE) {
+        printf("skipped: the machine lacks %s\n", clast_isa_text(desc->isa));
+        return 77;
     }
-}
-
-static clast_status make_variant(run *r, const shape *s, float size, variant *v)
-{
-    *v = (variant){.shape = s, .size = size, .m = mesh_of(s->m.vertex_count, s->m.triangle_count)};
-    memcpy(v->m.positions, s->m.positions, (size_t)s->m.vertex_count * 12);
-    memcpy(v->m.indices, s->m.indices, (size_t)s->m.triangle_count * 12);
-    mesh_transform(&v->m, size, 0, 0, 0);
-    clast_status status = clustered_make(r->context, &v->m, 128, &v->c);
-    for (uint32_t map = 0; map < MAPS && status == CLAST_OK; map++) {
-        clast_tlas_instance instances[2] = {{.blas = v->c.blas, .id = 0}, {.blas = v->c.blas, .id = 1}};
-        make_map(map, size, v->maps[map]);
-        memcpy(instances[0].transform, v->maps[map], sizeof instances[0].transform);
-        memcpy(instances[1].transform, v->maps[map], sizeof instances[1].transform);
-        status = clast_tlas_create(r->context, &v->tlas[map]);
-        // every other one twice in the same place: all hits are ties, and there is a tree over the instances
-        status = status == CLAST_OK ? clast_tlas_build(v->tlas[map], instances, 1 + map % 2, CLAST_BUILD_BEST) : status;
+    if (status != CLAST_OK) {
+        fprintf(stderr, "%s\n", clast_status_text(status));
+        return 2;
     }
-    return status;
-}
-
-static int test_all(run *r)
-{
-    make_shapes(r);
-    for (uint32_t i = 0; i < MESHES; i++) {
-        uint32_t open = open_edges(&r->shapes[i].m);
-        printf("%s: %u triangles, %u edges without two faces\n", r->shapes[i].name, r->shapes[i].m.triangle_count,
-               open);
-        if (open != 0) {
-            return 2;
-        }
-        for (uint32_t k = 0; k < SIZES; k++) {
-            if (make_variant(r, &r->shapes[i], sizes[k], &r->variants[i * SIZES + k]) != CLAST_OK) {
-                printf("%s\n", clast_context_error(r->context));
-                return 2;
-            }
+    double start = clast_clock();
+    const char *assets = getenv("CLAST_ASSETS");
+    int result = 0;
+    if (r->surfaces == NULL) {
+        if (made && !make_surfaces(r)) {
+            result = 2;
         }
     }
-    clast_parallel_for(r->context, (size_t)((r->rays + CHUNK - 1) / CHUNK), 1, trace_range, r);
-    uint64_t leaks = atomic_load(&r->leaks);
-    printf("leaks: %llu of %llu rays\n", (unsigned long long)leaks, (unsigned long long)r->rays);
-    return leaks > 0;
+    uint32_t made_count = made ? 8 : 0;
+    if (models && assets != NULL && assets[0] != '\0' && r->surface_count == made_count) {
+        r->surface_count = surfaces_load(r->context, assets, &r->surfaces, r->surface_count);
+    }
+    if (r->surface_count == 0) {
+        printf("skipped: no closed mesh; CLAST_ASSETS may name a folder of models\n");
+        result = 77;
+    }
+    if (result == 0) {
+        status = make_variants(r, made_count);
+        if (status != CLAST_OK) {
+            fprintf(stderr, "%s\n", clast_context_error(r->context));
+            result = 2;
+        }
+    }
+    if (result == 0) {
+        clast_parallel_for(r->context, (size_t)((r->rays + CHUNK - 1) / CHUNK), 1, trace_range, r);
+        r->total += r->rays;
+        printf("%s: %llu rays at %u surfaces in %u ways, %.0f s\n", clast_isa_text(clast_context_isa(r->context)),
+               (unsigned long long)r->rays, r->surface_count, r->variant_count, clast_clock() - start);
+    }
+    free_variants(r);
+    clast_context_destroy(r->context);
+    return result;
 }
 
-static void free_all(run *r)
+static unsigned long long shown(const atomic_uint_fast64_t *counter)
 {
-    for (uint32_t i = 0; i < MESHES * SIZES; i++) {
-        variant *v = &r->variants[i];
-        for (uint32_t map = 0; map < MAPS; map++) {
-            clast_tlas_destroy(v->tlas[map]);
-        }
-        clustered_free(&v->c);
-        mesh_free(&v->m);
-    }
-    for (uint32_t i = 0; i < MESHES; i++) {
-        mesh_free(&r->shapes[i].m);
-    }
+    return (unsigned long long)atomic_load(counter);
 }
+
+static int finish(run *r)
+{
+    printf("rays from outside that cross for certain: %llu of %llu looked at\n", shown(&r->count.sure),
+           shown(&r->count.sampled));
+    printf("rays that cross by less than rounding, at a silhouette, and hit nothing: %llu\n", shown(&r->count.rims));
+    for (int mode = 0; r->peer != NULL && mode < 2; mode++) {
+        printf("Embree, %s: leaks: %llu of the %llu rays at sizes that it takes\n", mode == 0 ? "fast" : "robust",
+               shown(&r->count.peer_leaks[mode]), shown(&r->count.peer_rays));
+    }
+    printf("leaks: %llu of %llu rays\n", shown(&r->count.leaks), (unsigned long long)r->total);
+    return atomic_load(&r->count.leaks) > 0;
+}
+
+// -------------------------------------------------------------------------------------------------------------- options
+
+typedef struct options {
+    uint64_t rays, seed, threads;
+    clast_isa isa;
+    bool all_isas, has_peer, made, models;
+} options;
 
 static bool read_number(const char *text, uint64_t *number)
 {
@@ -341,45 +412,83 @@ static bool read_number(const char *text, uint64_t *number)
     return errno == 0 && end != text && *end == '\0' && text[0] != '-';
 }
 
-static bool read_isa(const char *text, clast_isa *isa)
+static bool read_isa(const char *text, options *o)
 {
-    for (int i = CLAST_ISA_PLAIN; i <= CLAST_ISA_AVX2; i++) {
-        if (strcmp(text, clast_isa_text((clast_isa)i)) == 0) {
-            *isa = (clast_isa)i;
+    static const struct {
+        clast_isa isa;
+        const char *text;
+    } list[] = {
+#define ENTRY(name, value, text) {name, text},
+        CLAST_ISA_LIST(ENTRY)
+#undef ENTRY
+    };
+    o->all_isas = strcmp(text, "all") == 0;
+    for (size_t i = 0; i < sizeof list / sizeof list[0]; i++) {
+        if (strcmp(text, list[i].text) == 0) {
+            o->isa = list[i].isa;
             return true;
         }
     }
-    return false;
+    return o->all_isas;
+}
+
+static bool read_meshes(const char *text, options *o)
+{
+    o->made = strcmp(text, "models") != 0;
+    o->models = strcmp(text, "made") != 0;
+    return (o->made && o->models) == (strcmp(text, "all") == 0);
+}
+
+static bool read_options(int count, char **arguments, options *o)
+{
+    *o = (options){.rays = 1000000, .seed = 1, .made = true, .models = true};
+    for (int i = 1; i < count; i += 2) {
+        const char *name = arguments[i], *value = i + 1 < count ? arguments[i + 1] : "";
+        bool known = (strcmp(name, "--rays") == 0 && read_number(value, &o->rays)) ||
+                     (strcmp(name, "--seed") == 0 && read_number(value, &o->seed)) ||
+                     (strcmp(name, "--isa") == 0 && read_isa(value, o)) ||
+                     (strcmp(name, "--threads") == 0 && read_number(value, &o->threads) && o->threads <= 1024) ||
+                     (strcmp(name, "--meshes") == 0 && read_meshes(value, o)) ||
+                     (strcmp(name, "--peer") == 0 && strcmp(value, "embree") == 0);
+        if (!known) {
+            return false;
+        }
+        o->has_peer = o->has_peer || strcmp(name, "--peer") == 0;
+    }
+    return true;
 }
 
 int main(int count, char **arguments)
 {
-    run r = {.rays = 1000000, .seed = 1};
-    clast_context_desc desc = {0};
-    for (int i = 1; i < count; i += 2) {
-        uint64_t threads = 0;
-        const char *value = i + 1 < count ? arguments[i + 1] : "";
-        bool known = (strcmp(arguments[i], "--rays") == 0 && read_number(value, &r.rays)) ||
-                     (strcmp(arguments[i], "--seed") == 0 && read_number(value, &r.seed)) ||
-                     (strcmp(arguments[i], "--isa") == 0 && read_isa(value, &desc.isa)) ||
-                     (strcmp(arguments[i], "--threads") == 0 && read_number(value, &threads) && threads <= 1024);
-        if (!known) {
-            fprintf(stderr, "usage: watertight [--rays N] [--seed S] [--isa plain|sse4.2|avx2] [--threads T]\n");
-            return 2;
-        }
-        desc.threads = threads != 0 ? (uint32_t)threads : desc.threads;
-    }
-    clast_status status = clast_context_create(&desc, &r.context);
-    if (status == CLAST_ERROR_DEVICE) {
-        printf("skipped: the machine lacks %s\n", clast_isa_text(desc.isa));
-        return 77;
-    }
-    if (status != CLAST_OK) {
-        fprintf(stderr, "%s\n", clast_status_text(status));
+    static const clast_isa list[] = {
+#define ENTRY(name, value, text) name,
+        CLAST_ISA_LIST(ENTRY)
+#undef ENTRY
+    };
+    options o;
+    if (!read_options(count, arguments, &o)) {
+        fprintf(stderr, "usage: watertight [--rays N] [--seed S] [--isa NAME|all] [--threads T] [--peer embree]\n"
+                        "                  [--meshes made|models|all]\n");
         return 2;
     }
-    int result = test_all(&r);
-    free_all(&r);
-    clast_context_destroy(r.context);
+    static run r;
+    r = (run){.rays = o.rays, .seed = o.seed, .peer = o.has_peer ? peer_create() : NULL};
+    if (o.has_peer && r.peer == NULL) {
+        printf("skipped: built without Embree\n");
+        return 77;
+    }
+    clast_context_desc desc = {.threads = (uint32_t)o.threads, .isa = o.isa};
+    int result = 0;
+    for (size_t i = 0; i < (o.all_isas ? sizeof list / sizeof list[0] : 1) && result != 2; i++) {
+        desc.isa = o.all_isas ? list[i] : o.isa;
+        int one = test_isa(&r, &desc, o.made, o.models);
+        result = one == 77 && r.total > 0 ? result : one;
+    }
+    result = result == 0 ? finish(&r) : result;
+    for (uint32_t i = 0; i < r.surface_count; i++) {
+        surface_free(&r.surfaces[i]);
+    }
+    free(r.surfaces);
+    peer_destroy(r.peer);
     return result;
 }
