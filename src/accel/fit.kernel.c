@@ -1,12 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits a cluster's boxes to its vertices: one pass over its template.
+// Fits a cluster's boxes to its vertices.
+//
+// Quantising keeps order, so the least of some quantised coordinates is the quantised least of them. So every vertex is
+// quantised once, to both sides, and the blocks' boxes are minima over bytes, which vectors look up or load many at a time.
+// Upper sides are kept as 255 minus their steps: then all are minima.
+//
+// Boxes are free of negative zeros, so that they do not depend on the order in which vertices are seen.
+#include <string.h>
+
 #include "accel/structures.h"
 #include "base/simd.h"
 #include "shared/box.h"
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+enum { BYTE_MOST = 255 };
+
+typedef int16_t words8 __attribute__((vector_size(16)));
+typedef uint8_t bytes16 __attribute__((vector_size(16)));
 
 typedef struct extent {
-    clast_floats4 lower, upper;
+    clast_floats4 lower, upper; // the fourth lanes are never looked at
 } extent;
+
+// How a cluster's coordinates become steps: (x - lower) * down towards zero, (x - lower) * up away from it. The product of
+// BOX_SHRINK or BOX_GROW and a power of two is exact; both ways round alike. The fourth lanes are zero.
+typedef struct steps {
+    clast_floats4 lower, down, up;
+} steps;
 
 CLAST_LANES extent extent_empty(void)
 {
@@ -22,37 +44,52 @@ CLAST_LANES void extend(extent *e, clast_floats4 v)
 // False for NaN, and for what is too large for differences to be finite.
 CLAST_LANES bool is_sound(clast_floats4 v)
 {
+    clast_ints4 sound = (v <= splat4(BOX_COORDINATE_MOST)) & (v >= splat4(-BOX_COORDINATE_MOST));
+    return (sound[0] & sound[1] & sound[2]) != 0;
+}
+
+// ------------------------------------------------------------------------------------------------------------- header
+
+CLAST_LANES clast_floats4 power_of_two4(clast_ints4 exponents)
+{
+    return (clast_floats4)(exponents << 23);
+}
+
+// box_exponent for three axes.
+CLAST_LANES clast_ints4 exponents_of(clast_floats4 size)
+{
+    const clast_ints4 least = {BOX_STEP_LEAST, BOX_STEP_LEAST, BOX_STEP_LEAST, BOX_STEP_LEAST};
+    clast_floats4 grown = size * splat4(BOX_GROW);
+    clast_ints4 exponents = ((clast_ints4)grown >> 23) - 7;
+    clast_ints4 large = exponents > least;
+    exponents = (large & exponents) | (~large & least);
+    return exponents - (splat4((float)BYTE_MOST) * power_of_two4(exponents) < grown); // true is -1
+}
+
+// Stores the box around a cluster, and what its blocks' boxes are based on.
+CLAST_LANES steps begin_boxes(clast_clas *clas, clast_box *box, extent all, uint32_t block_count)
+{
+    all.lower += splat4(0.0f);
+    all.upper += splat4(0.0f);
+    clast_floats4 size = all.upper - all.lower;
+    clast_ints4 exponents = exponents_of(size);
+    memcpy(clas->lower, &all.lower, sizeof clas->lower);
+    memcpy(&box->lower, &all.lower, sizeof box->lower);
+    memcpy(&box->upper, &all.upper, sizeof box->upper);
     for (int axis = 0; axis < 3; axis++) {
-        if (!(v[axis] <= BOX_COORDINATE_MOST && v[axis] >= -BOX_COORDINATE_MOST)) {
-            return false;
-        }
+        clas->exponents[axis] = (uint8_t)exponents[axis];
     }
-    return true;
+    clas->block_count = (uint8_t)block_count;
+    exponents[3] = 0; // no float's: a power of zero
+    const clast_ints4 sum = {254, 254, 254, 0};
+    clast_floats4 inverse = power_of_two4(sum - exponents);
+    all.lower[3] = 0.0f;
+    return (steps){all.lower, inverse * splat4(BOX_SHRINK), inverse * splat4(BOX_GROW)};
 }
 
-// Whether all vertices can be hit. What is not sound never makes its lane of the sum zero.
-static bool all_sound(const float *vertices, uint32_t count)
-{
-    clast_ints4 unsound = {0, 0, 0, 0};
-    for (uint32_t i = 0; i < count; i++) {
-        clast_floats4 v = load_three4(vertices + 3 * i);
-        unsound |= ~((v <= splat4(BOX_COORDINATE_MOST)) & (v >= splat4(-BOX_COORDINATE_MOST)));
-    }
-    return (unsound[0] | unsound[1] | unsound[2]) == 0;
-}
+// ----------------------------------------------------------------------------------------------------- unsound vertices
 
-static extent block_extent(const clast_block *block, const float *vertices)
-{
-    extent e = extent_empty();
-    for (uint32_t corner = 0; corner < 3; corner++) {
-        for (uint32_t lane = 0; lane < BLOCK_TRIANGLES; lane++) {
-            extend(&e, load_three4(vertices + 3 * (uint32_t)block->corners[corner][lane]));
-        }
-    }
-    return e;
-}
-
-// Of the triangles whose corners are all sound.
+// Of a block's triangles whose corners are all sound.
 static extent sound_extent(const clast_block *block, const float *vertices)
 {
     extent e = extent_empty();
@@ -70,33 +107,196 @@ static extent sound_extent(const clast_block *block, const float *vertices)
     return e;
 }
 
-// box_quantise_down and box_quantise_up over three axes.
-CLAST_LANES clast_floats4 steps_down(clast_floats4 x, clast_floats4 base, clast_floats4 inverse_step)
-{
-    clast_floats4 steps = (x - base) * splat4(BOX_SHRINK) * inverse_step;
-    return __builtin_convertvector(__builtin_convertvector(steps, clast_ints4), clast_floats4); // not negative
-}
-
-CLAST_LANES clast_floats4 steps_up(clast_floats4 x, clast_floats4 base, clast_floats4 inverse_step)
-{
-    clast_floats4 steps = (x - base) * splat4(BOX_GROW) * inverse_step;
-    clast_floats4 whole = __builtin_convertvector(__builtin_convertvector(steps, clast_ints4), clast_floats4);
-    return pick4(whole < steps, whole + splat4(1.0f), whole);
-}
-
-static void quantise_block(uint8_t group[3][2][CLUSTER_WIDTH], uint32_t lane, const extent *e, clast_floats4 base,
-                           clast_floats4 inverse_step)
+static void store_block(uint8_t group[3][2][CLUSTER_WIDTH], uint32_t lane, const extent *e, const steps *s)
 {
     // A block without a sound triangle has no sides: a box inside out, as far as bytes go.
     bool empty = !(e->lower[0] <= e->upper[0]);
-    clast_ints4 down = {255, 255, 255, 255}, up = {0, 0, 0, 0};
-    if (!empty) {
-        down = __builtin_convertvector(steps_down(e->lower, base, inverse_step), clast_ints4);
-        up = __builtin_convertvector(steps_up(e->upper, base, inverse_step), clast_ints4);
+    for (int axis = 0; axis < 3; axis++) {
+        float down = empty ? (float)BYTE_MOST : floorf((e->lower[axis] - s->lower[axis]) * s->down[axis]);
+        float up = empty ? 0.0f : ceilf((e->upper[axis] - s->lower[axis]) * s->up[axis]);
+        group[axis][0][lane] = (uint8_t)down;
+        group[axis][1][lane] = (uint8_t)up;
+    }
+}
+
+static uint32_t group_count_of(uint32_t block_count)
+{
+    return (block_count + CLUSTER_WIDTH - 1) / CLUSTER_WIDTH;
+}
+
+// For any vertices, and templates that leave some of them unused.
+static void fit_sound_triangles(clast_clas *clas, clast_box *box, const clast_template *topology, const float *vertices)
+{
+    extent blocks[TEMPLATE_BLOCKS], all = extent_empty();
+    uint32_t block_count = topology->block_count;
+    for (uint32_t i = 0; i < block_count; i++) {
+        blocks[i] = sound_extent(&topology->blocks[i], vertices);
+        all.lower = min4(blocks[i].lower, all.lower);
+        all.upper = max4(blocks[i].upper, all.upper);
+    }
+    if (!(all.lower[0] <= all.upper[0])) {
+        *box = (clast_box){{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
+        memcpy(clas->lower, &box->lower, sizeof clas->lower);
+        memset(clas->exponents, BOX_STEP_LEAST, sizeof clas->exponents);
+        clas->block_count = 0;
+        return;
+    }
+    steps s = begin_boxes(clas, box, all, block_count);
+    for (uint32_t i = 0; i < group_count_of(block_count) * CLUSTER_WIDTH; i++) {
+        extent nothing = extent_empty();
+        store_block(clas->groups[i / CLUSTER_WIDTH], i % CLUSTER_WIDTH, i < block_count ? &blocks[i] : &nothing, &s);
+    }
+}
+
+#if defined(__AVX512VBMI__)
+#include "accel/fit_bytes.h"
+#endif
+
+// ------------------------------------------------------------------------------------------------------------- bounds
+
+// Three floats and another one, which must be there.
+CLAST_LANES clast_floats4 load_any4(const float *p)
+{
+    clast_floats4 v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+CLAST_LANES clast_floats8 load_any8(const float *p)
+{
+    clast_floats8 v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+// Eight vertices are three vectors, and the fourth of them begins anew with an x. This brings the four vertices of twelve
+// floats to lanes of their own.
+#define FOLD4(minimum, a, b, c) \
+    minimum(minimum(a, __builtin_shufflevector(a, b, 3, 4, 5, 5)), \
+            minimum(__builtin_shufflevector(b, c, 2, 3, 4, 4), __builtin_shufflevector(c, c, 1, 2, 3, 3)))
+#define HALF4(v, half) __builtin_shufflevector(v, v, 4 * (half), 4 * (half) + 1, 4 * (half) + 2, 4 * (half) + 3)
+
+// The box around vertices; false where one is not sound.
+static bool bounds_of(const float *vertices, uint32_t count, extent *bounds)
+{
+    clast_floats8 lower[3], upper[3];
+    clast_ints8 unordered = {0, 0, 0, 0, 0, 0, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        lower[k] = splat8(INFINITY);
+        upper[k] = splat8(-INFINITY);
+    }
+    uint32_t i = 0;
+    for (; i + 8 <= count; i += 8) {
+        for (uint32_t k = 0; k < 3; k++) {
+            clast_floats8 v = load_any8(vertices + 3 * i + 8 * k);
+            lower[k] = min8(v, lower[k]);
+            upper[k] = max8(v, upper[k]);
+            unordered |= v != v;
+        }
+    }
+    extent e;
+    clast_floats4 a = min4(HALF4(lower[0], 0), HALF4(lower[1], 1)), b = min4(HALF4(lower[0], 1), HALF4(lower[2], 0)),
+                  c = min4(HALF4(lower[1], 0), HALF4(lower[2], 1));
+    e.lower = FOLD4(min4, a, b, c);
+    a = max4(HALF4(upper[0], 0), HALF4(upper[1], 1));
+    b = max4(HALF4(upper[0], 1), HALF4(upper[2], 0));
+    c = max4(HALF4(upper[1], 0), HALF4(upper[2], 1));
+    e.upper = FOLD4(max4, a, b, c);
+    bool ordered = bits8(unordered) == 0;
+    for (; i < count; i++) {
+        clast_floats4 v = load_three4(vertices + 3 * i);
+        ordered = ordered && is_sound(v);
+        extend(&e, v);
+    }
+    *bounds = e;
+    return ordered && is_sound(e.lower) && is_sound(e.upper);
+}
+
+// ------------------------------------------------------------------------------------------------------------- records
+
+// A vertex as words: for each axis the steps down, then 255 minus the steps up.
+CLAST_LANES clast_ints8 record_pair(clast_floats8 v, clast_floats8 lower, clast_floats8 down, clast_floats8 up)
+{
+    clast_floats8 away = v - lower, upwards = away * up;
+    clast_ints8 low = __builtin_convertvector(away * down, clast_ints8);
+    clast_ints8 high = __builtin_convertvector(upwards, clast_ints8);
+    high -= __builtin_convertvector(high, clast_floats8) < upwards;
+    return low | (BYTE_MOST - high) << 16;
+}
+
+#define JOIN4(a, b) __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7)
+
+static void make_records(const float *vertices, uint32_t count, const steps *s, words8 records[TEMPLATE_VERTICES])
+{
+    clast_floats8 lower = JOIN4(s->lower, s->lower), down = JOIN4(s->down, s->down), up = JOIN4(s->up, s->up);
+    uint32_t i = 0;
+    for (; i + 3 <= count; i += 2) { // what is read beyond the second is the third's
+        clast_floats8 v = JOIN4(load_any4(vertices + 3 * i), load_any4(vertices + 3 * i + 3));
+        clast_ints8 pair = record_pair(v, lower, down, up);
+        memcpy(&records[i], &pair, sizeof pair);
+    }
+    for (; i < count; i++) {
+        clast_floats4 v = load_three4(vertices + 3 * i);
+        clast_ints8 pair = record_pair(JOIN4(v, v), lower, down, up);
+        memcpy(&records[i], &pair, sizeof records[i]);
+    }
+}
+
+CLAST_LANES words8 min_words(words8 a, words8 b)
+{
+#if defined(__SSE2__)
+    return (words8)_mm_min_epi16((__m128i)a, (__m128i)b);
+#else
+    words8 less = a < b;
+    return (a & less) | (b & ~less);
+#endif
+}
+
+CLAST_LANES words8 block_record(const clast_block *block, const words8 *records)
+{
+    const uint8_t *corners = block->corners[0];
+    words8 even = records[corners[0]], odd = records[corners[1]];
+    for (uint32_t k = 2; k < 3 * BLOCK_TRIANGLES; k += 2) {
+        even = min_words(even, records[corners[k]]);
+        odd = min_words(odd, records[corners[k + 1]]);
+    }
+    return min_words(even, odd);
+}
+
+// The low bytes of sixteen words.
+CLAST_LANES bytes16 pack_words(words8 a, words8 b)
+{
+#if defined(__SSE2__)
+    return (bytes16)_mm_packus_epi16((__m128i)a, (__m128i)b);
+#else
+    return __builtin_shufflevector((bytes16)a, (bytes16)b, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+#endif
+}
+
+#define LOW_PAIRS(a, b) \
+    __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23)
+#define HIGH_PAIRS(a, b) \
+    __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31)
+
+// Sixteen blocks' records become a group. A byte's place is seven bits: four of the block, three of the word. Each round
+// turns them by one.
+static void store_group(uint8_t group[3][2][CLUSTER_WIDTH], const words8 blocks[CLUSTER_WIDTH])
+{
+    bytes16 rows[8], turned[8];
+    for (int i = 0; i < 8; i++) {
+        rows[i] = pack_words(blocks[2 * i], blocks[2 * i + 1]);
+    }
+    for (int round = 0; round < 4; round++) {
+        for (int i = 0; i < 4; i++) {
+            turned[2 * i] = LOW_PAIRS(rows[i], rows[i + 4]);
+            turned[2 * i + 1] = HIGH_PAIRS(rows[i], rows[i + 4]);
+        }
+        memcpy(rows, turned, sizeof rows);
     }
     for (int axis = 0; axis < 3; axis++) {
-        group[axis][0][lane] = (uint8_t)down[axis];
-        group[axis][1][lane] = (uint8_t)up[axis];
+        bytes16 upper = ~rows[2 * axis + 1];
+        memcpy(group[axis][0], &rows[2 * axis], sizeof group[axis][0]);
+        memcpy(group[axis][1], &upper, sizeof group[axis][1]);
     }
 }
 
@@ -104,27 +304,28 @@ void CLAST_KERNEL(clast_fit)(clast_clas *clas, clast_box *box)
 {
     const clast_template *topology = clast_clas_topology(clas);
     const float *vertices = clast_clas_vertices(clas);
-    uint32_t block_count = topology->block_count;
-    bool sound = all_sound(vertices, topology->vertex_count);
-    extent blocks[TEMPLATE_BLOCKS];
-    extent all = extent_empty();
+#if defined(__AVX512VBMI__)
+    if (topology->all_used && topology->vertex_count <= BYTE_VERTICES) {
+        fit_bytes(clas, box, topology, vertices);
+        return;
+    }
+#endif
+    extent all;
+    if (!topology->all_used || !bounds_of(vertices, topology->vertex_count, &all)) {
+        fit_sound_triangles(clas, box, topology, vertices);
+        return;
+    }
+    words8 records[TEMPLATE_VERTICES], blocks[TEMPLATE_BLOCKS];
+    uint32_t block_count = topology->block_count, group_count = group_count_of(block_count);
+    steps s = begin_boxes(clas, box, all, block_count);
+    make_records(vertices, topology->vertex_count, &s, records);
     for (uint32_t i = 0; i < block_count; i++) {
-        blocks[i] = sound ? block_extent(&topology->blocks[i], vertices) : sound_extent(&topology->blocks[i], vertices);
-        all.lower = min4(blocks[i].lower, all.lower);
-        all.upper = max4(blocks[i].upper, all.upper);
+        blocks[i] = block_record(&topology->blocks[i], records);
     }
-    clast_floats4 inverse_step = splat4(0.0f);
-    for (int axis = 0; axis < 3; axis++) {
-        clas->lower[axis] = all.lower[axis];
-        box->lower.v[axis] = all.lower[axis];
-        box->upper.v[axis] = all.upper[axis];
-        uint32_t exponent = all.lower[axis] <= all.upper[axis] ? box_exponent(all.upper[axis] - all.lower[axis])
-                                                               : BOX_STEP_LEAST;
-        clas->exponents[axis] = (uint8_t)exponent;
-        inverse_step[axis] = power_of_two(254u - exponent);
+    for (uint32_t i = block_count; i < group_count * CLUSTER_WIDTH; i++) {
+        blocks[i] = (words8){BYTE_MOST, BYTE_MOST, BYTE_MOST, BYTE_MOST, BYTE_MOST, BYTE_MOST, 0, 0}; // inside out
     }
-    clas->block_count = (uint8_t)(all.lower[0] <= all.upper[0] ? block_count : 0);
-    for (uint32_t i = 0; i < clas->block_count; i++) {
-        quantise_block(clas->groups[i / CLUSTER_WIDTH], i % CLUSTER_WIDTH, &blocks[i], all.lower, inverse_step);
+    for (uint32_t i = 0; i < group_count; i++) {
+        store_group(clas->groups[i], &blocks[i * CLUSTER_WIDTH]);
     }
 }

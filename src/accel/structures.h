@@ -37,9 +37,13 @@ typedef struct clast_block {
 typedef struct clast_template {
     uint16_t triangle_count;
     uint16_t vertex_count;
-    uint32_t block_count;
+    uint16_t block_count;
+    uint16_t all_used; // 1: each vertex is a corner of some triangle
     clast_block blocks[];
 } clast_template;
+
+// Builds a template of a desc that was checked, in room for all its blocks.
+void clast_template_build(clast_template *made, const clast_template_desc *desc);
 
 // Template data lie in blocks of memory, one for each call that added some, so that they never move.
 struct clast_template_set {
@@ -132,6 +136,8 @@ size_t clast_tree_scratch(size_t count);
 void clast_tree_place(clast_tree *tree, size_t count, clast_arena *arena);
 // Fits all boxes anew. Never fails, allocates nothing.
 void clast_tree_refit(clast_context *context, clast_tree *tree, const clast_box *boxes);
+// Fits one node, whose children's boxes are right.
+void clast_tree_refit_node(clast_tree *tree, const clast_box *boxes, uint32_t number);
 void clast_tree_free(clast_context *context, clast_tree *tree);
 uint64_t clast_tree_bytes(const clast_tree *tree);
 clast_box clast_tree_bounds(const clast_tree *tree);
@@ -145,25 +151,35 @@ struct clast_blas {
     clast_tree tree;
 };
 
-// An instance that can be hit.
+// An instance.
 typedef struct clast_placement {
     float to_object[3][4]; // columns
     float to_world[3][4];
     float origin[4]; // of object space, in the world
+    const clast_blas *blas; // null: nothing can be hit
     uint32_t id;
-    const clast_blas *blas;
-    uint32_t index; // in the array given
     bool filtered;
     bool mirrored;
 } clast_placement;
+_Static_assert(sizeof(clast_placement) == 128, "a placement is two cache lines");
+
+// The map of an instance, and the box of what it places, in the world, padded for what transforming a ray rounds. Gives the
+// map's condition number: 1 where nothing can be hit, and the box is empty.
+float clast_place(const clast_tlas_instance *instance, clast_placement *placement, clast_box *box);
 
 struct clast_tlas {
     clast_context *context;
+    clast_reserve reserve;
     clast_tree tree;
-    clast_placement *placements;
-    clast_box *boxes; // of the placements, in the world, padded for what transforming a ray rounds
-    size_t placement_count, placement_capacity, box_capacity;
+    uint8_t *memory; // of the placements and what goes with them, where nothing is reserved
+    clast_placement *placements; // of all instances, in the order given
+    clast_box *boxes;            // of the placements
+    uint32_t *leaves;            // nodes in which the placements are
+    uint64_t *marks;             // a bit for each placement or node; all zero between calls
+    uint32_t *parents;           // of the nodes
+    size_t placement_count, placement_capacity, parent_capacity;
     float spread; // times a ray's largest distance and 2^-17: how far transforming it may move it, in the world
+    bool visible; // something can be hit
 };
 
 // ----------------------------------------------------------------------------------------------------------- kernels

@@ -192,6 +192,17 @@ static uint32_t block_count_of(const clast_template_desc *desc)
     return (desc->triangle_count + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES;
 }
 
+static bool uses_all_vertices(const clast_template_desc *desc)
+{
+    bool used[TEMPLATE_VERTICES] = {false};
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < 3 * desc->triangle_count; i++) {
+        count += !used[desc->indices[i]];
+        used[desc->indices[i]] = true;
+    }
+    return count == desc->vertex_count;
+}
+
 static void build_template(clast_template *made, const clast_template_desc *desc)
 {
     cutter c;
@@ -199,11 +210,12 @@ static void build_template(clast_template *made, const clast_template_desc *desc
     uint32_t count = desc->triangle_count;
     made->triangle_count = (uint16_t)count;
     made->vertex_count = (uint16_t)desc->vertex_count;
+    made->all_used = uses_all_vertices(desc);
     if (desc->rest_positions != NULL) {
         cutter_begin(&c, desc);
-        made->block_count = cut_blocks(&c, count, lengths);
+        made->block_count = (uint16_t)cut_blocks(&c, count, lengths);
     } else {
-        made->block_count = block_count_of(desc);
+        made->block_count = (uint16_t)block_count_of(desc);
         for (uint32_t i = 0; i < count; i++) {
             c.orders[0][i] = (uint8_t)i;
         }
