@@ -40,7 +40,7 @@ const clast_option clast_options[] = {CLAST_RENDER_SETTING_LIST(RENDER_UINT, REN
 const size_t clast_option_count = sizeof clast_options / sizeof *clast_options;
 
 static const char *const render_details[] = {
-    "INPUT is a scene: glTF 2.0 (.gltf, .glb), Wavefront (.obj), Stanford (.ply) or a scene file (.json). A scene without "
+    "INPUT is a scene: glTF 2.0 (.gltf, .glb), Wavefront (.obj), Stanford (.ply), stereolithography (.stl) or a scene file (.json). A scene without "
     "camera gets one that sees all of it; one without light gets a sky with a sun.",
     "OUTPUT is a picture: .png (as seen on a screen: tone map and exposure for colour, false colours for other views), .exr "
     "(32-bit layers: all views, or the one that --view names), .pfm or .hdr (linear values of one view). Without it, the name is "

@@ -75,8 +75,8 @@ static loader *loader_of_name(const char *path)
         const char *extension;
         loader *load;
     } kinds[] = {
-        {"gltf", clast_load_gltf}, {"glb", clast_load_gltf},        {"obj", clast_load_obj},
-        {"ply", clast_load_ply},   {"json", clast_load_scene_file},
+        {"gltf", clast_load_gltf}, {"glb", clast_load_gltf}, {"obj", clast_load_obj},
+        {"ply", clast_load_ply},   {"stl", clast_load_stl},  {"json", clast_load_scene_file},
     };
     char extension[8];
     clast_path_extension(path, extension, sizeof extension);
@@ -97,7 +97,8 @@ static clast_status load_file(clast_scene *scene, const char *path, clast_file_v
     load = load != NULL ? load : loader_of_name(path);
     if (load == NULL) {
         return clast_fail(scene->context, CLAST_ERROR_UNSUPPORTED,
-                          "%s: not a file that clast reads: expected .gltf, .glb, .obj, .ply or a scene .json", path);
+                          "%s: not a file that clast reads: expected .gltf, .glb, .obj, .ply, .stl or a scene .json",
+                          path);
     }
     if (load == clast_load_scene_file && within_scene_file) {
         return clast_fail(scene->context, CLAST_ERROR_UNSUPPORTED,
@@ -114,8 +115,8 @@ static clast_status load_path(clast_scene *scene, const char *path, bool within_
         status = load_file(scene, path, &file, within_scene_file);
         clast_file_unmap(scene->context, &file);
     } else if (status == CLAST_ERROR_FILE_READ && clast_path_is_folder(path)) {
-        clast_fail(scene->context, status, "%s: is a folder: expected a .gltf, .glb, .obj, .ply or a scene .json file",
-                   path);
+        clast_fail(scene->context, status,
+                   "%s: is a folder: expected a .gltf, .glb, .obj, .ply, .stl or a scene .json file", path);
     }
     return status;
 }

@@ -13,6 +13,7 @@
 clast_status clast_load_gltf(clast_scene *scene, const char *path, clast_file_view *file);
 clast_status clast_load_obj(clast_scene *scene, const char *path, clast_file_view *file);
 clast_status clast_load_ply(clast_scene *scene, const char *path, clast_file_view *file);
+clast_status clast_load_stl(clast_scene *scene, const char *path, clast_file_view *file);
 clast_status clast_load_scene_file(clast_scene *scene, const char *path, clast_file_view *file);
 
 // Reads any of these into an existing scene (a scene file's models come this way); told by contents, then by name.

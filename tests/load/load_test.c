@@ -33,7 +33,7 @@ static void the_name_tells_the_rest(void **state)
     assert_refused(f, "a.ply", OBJ, CLAST_ERROR_MALFORMED, "expected ply");
     assert_refused(f, "a.json", "[]", CLAST_ERROR_MALFORMED, "a.json");
     assert_refused(f, "a.foo", OBJ, CLAST_ERROR_UNSUPPORTED,
-                   "not a file that clast reads: expected .gltf, .glb, .obj, .ply or a scene .json");
+                   "not a file that clast reads: expected .gltf, .glb, .obj, .ply, .stl or a scene .json");
     assert_refused(f, "obj", OBJ, CLAST_ERROR_UNSUPPORTED, "not a file that clast reads");
 }
 
