@@ -160,12 +160,23 @@ typedef struct clast_tlas_instance {
 
 CLAST_API clast_status clast_tlas_create(clast_context *context, clast_tlas **tlas);
 CLAST_API void clast_tlas_destroy(clast_tlas *tlas);
-/** Builds the tree over instances, which are copied. Their BLASes must stay as they are until the next build or update. */
+/** The most bytes that builds over up to `count` instances take, working memory included; UINT64_MAX from 2^31 on. */
+CLAST_API uint64_t clast_tlas_memory(size_t count);
+/** Takes that memory now and keeps it: builds over up to `count` instances allocate nothing, and larger ones take more. Without a
+ *  reserve, a build allocates working memory and frees it. The TLAS is empty afterwards. */
+CLAST_API clast_status clast_tlas_reserve(clast_tlas *tlas, size_t count);
+/** Keeps the TLAS in the caller's memory, aligned to 64 bytes, from now on; null goes back to the context's. The memory must stay
+ *  until then, or until the TLAS is destroyed. A build that needs more than `bytes` fails with OUT_OF_MEMORY and a text that
+ *  names both numbers. The TLAS is empty afterwards. */
+CLAST_API clast_status clast_tlas_use_memory(clast_tlas *tlas, void *memory, size_t bytes);
+/** Builds the tree over instances, which are copied. Their BLASes must stay as they are until the next build or update of the
+ *  instance. Where it fails, the TLAS is empty. */
 CLAST_API clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *instances, size_t count,
                                         clast_build build);
-/** Replaces instances of the last build: number numbers[i] (i where `numbers` is null) becomes instances[i]. The tree keeps its
- *  shape, and only boxes above these instances are fitted anew: the cost follows `count`. Where many instances move far, a
- *  build makes rays faster again. INVALID_ARGUMENT where a number is not below the last build's count. */
+/** Replaces instances of the last build: number numbers[i] (i where `numbers` is null) becomes instances[i]. They may move,
+ *  vanish, appear, and have another BLAS. The tree keeps its shape, and only boxes above these instances are fitted anew: the cost
+ *  follows `count`. Where many instances move far, a build makes rays faster again. Allocates nothing. INVALID_ARGUMENT where a
+ *  number is not below the last build's count or is there twice; nothing is changed then. */
 CLAST_API clast_status clast_tlas_update(clast_tlas *tlas, const uint32_t *numbers,
                                          const clast_tlas_instance *instances, size_t count);
 CLAST_API void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3]);

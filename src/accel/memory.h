@@ -33,4 +33,13 @@ typedef struct clast_reserve {
     bool borrowed; // the caller's
 } clast_reserve;
 
+// Each of these leaves the reserve as it was where it fails. What lay in it is lost where it succeeds, unless the reserve
+// was large enough.
+clast_status clast_reserve_own(clast_context *context, clast_reserve *reserve, uint64_t bytes);
+// Null memory gives up what is reserved.
+clast_status clast_reserve_borrow(clast_context *context, clast_reserve *reserve, void *memory, size_t bytes);
+// Makes sure of so many bytes: own memory grows, the caller's cannot.
+clast_status clast_reserve_fit(clast_context *context, clast_reserve *reserve, uint64_t bytes);
+void clast_reserve_free(clast_context *context, clast_reserve *reserve);
+
 #endif

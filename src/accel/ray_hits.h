@@ -49,7 +49,7 @@ static inline bool wins_tie(const traversal *w, const clast_hit *hit)
     if (hit->triangle != best->triangle) {
         return hit->triangle < best->triangle;
     }
-    return w->placement->index < w->best_placement->index; // two instances of one id
+    return w->placement < w->best_placement; // two instances of one id
 }
 
 // A triangle that the ray passes within its range. Gives true where the search is over.
@@ -172,6 +172,9 @@ CLAST_LANES bool are_below(clast_floats4 v, float most)
 // Brings the ray into an instance's object space. False where it cannot hit anything there.
 CLAST_LANES bool enter_instance(traversal *w, const clast_placement *placement, clast_floats4 direction, int exponent)
 {
+    if (placement->blas == NULL) {
+        return false;
+    }
     clast_floats4 origin = apply(placement->to_object, load_three4(w->ray->origin) - load_three4(placement->origin));
     clast_floats4 turned = apply(placement->to_object, direction);
     float largest = largest_lane(abs4(turned)), reach = reach_of(origin, &placement->blas->tree.boxes[0]);
@@ -211,7 +214,7 @@ CLAST_LANES bool begin_ray(traversal *w, const clast_tlas *tlas, clast_floats4 *
     w->best = (clast_hit){.t = ray->t_max <= FLT_MAX ? ray->t_max : FLT_MAX, .instance = CLAST_NONE};
     w->best_placement = NULL;
     w->steps = 0;
-    if (tlas->tree.node_count == 0 || !is_valid_ray(ray)) {
+    if (!tlas->visible || !is_valid_ray(ray)) {
         return false;
     }
     *exponent = exponent_of(largest_of(ray->direction));

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trees over instances.
-//
-// A ray goes to an instance's object space in float arithmetic. There it is a slightly different ray, and what it hits may
-// lie a little beside the instance's box in the world. How far is bounded by the map's condition number, the norm of
-// |M| |M^-1| (Bauer, Skeel), times a few units in the last place of the largest distance from the ray's origin and from the
-// object's. The part that comes from the object is added to the box here, the part that comes from the ray is added by the
-// traversal, which multiplies it by the largest condition number (`spread`).
-#include <float.h>
-#include <math.h>
+// Trees over instances. Each instance has a place in the tree, whether anything of it can be hit or not, so that one call may
+// move it, the next make it vanish, and another let it appear.
+#include <stdatomic.h>
 #include <string.h>
 
 #include "accel/structures.h"
-#include "shared/box.h"
+#include "base/thread.h"
 
-#define SPREAD_STEP (1.0 / 131072.0) // 2^-17; about 30 roundings of 2^-24 are possible
+enum {
+    PLACE_GRAIN = 128,
+    MARK_GRAIN = 8,    // words of marks
+    UPDATE_SHARE = 4,  // from a part of so many instances on, all nodes are fitted
+    WORD_BITS = 64,
+};
 
 clast_status clast_tlas_create(clast_context *context, clast_tlas **tlas)
 {
@@ -28,136 +27,225 @@ clast_status clast_tlas_create(clast_context *context, clast_tlas **tlas)
     return CLAST_OK;
 }
 
+// -------------------------------------------------------------------------------------------------------------- memory
+
+static void clear(clast_tlas *tlas)
+{
+    tlas->tree.node_count = 0;
+    tlas->tree.level_count = 0;
+    tlas->placement_count = 0;
+    tlas->visible = false;
+}
+
+// Gives up all memory but what is reserved.
+static void free_arrays(clast_tlas *tlas)
+{
+    clear(tlas);
+    clast_free(tlas->context, tlas->memory);
+    if (!tlas->tree.placed) {
+        clast_free(tlas->context, tlas->parents);
+    }
+    clast_tree_free(tlas->context, &tlas->tree);
+    tlas->memory = NULL;
+    tlas->parents = NULL;
+    tlas->placement_capacity = tlas->parent_capacity = 0;
+}
+
 void clast_tlas_destroy(clast_tlas *tlas)
 {
     if (tlas != NULL) {
-        clast_tree_free(tlas->context, &tlas->tree);
-        clast_free(tlas->context, tlas->placements);
-        clast_free(tlas->context, tlas->boxes);
+        free_arrays(tlas);
+        clast_reserve_free(tlas->context, &tlas->reserve);
         clast_free(tlas->context, tlas);
     }
 }
 
-// The inverse of a 3 x 3 matrix by cofactors, in double precision; false where there is none that floats can hold.
-static bool invert(const double m[3][3], double inverse[3][3], double *determinant)
+static size_t mark_words(size_t count)
 {
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            int r = (j + 1) % 3, s = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
-            inverse[i][j] = m[r][c] * m[s][d] - m[r][d] * m[s][c];
-        }
-    }
-    *determinant = m[0][0] * inverse[0][0] + m[0][1] * inverse[1][0] + m[0][2] * inverse[2][0];
-    if (*determinant == 0.0 || !isfinite(*determinant)) {
-        return false;
-    }
-    for (int i = 0; i < 9; i++) {
-        inverse[i / 3][i % 3] /= *determinant;
-        if (!(fabs(inverse[i / 3][i % 3]) <= (double)FLT_MAX)) {
-            return false;
-        }
-    }
-    return true;
+    return (count + WORD_BITS - 1) / WORD_BITS;
 }
 
-// The largest row sum of |m| |inverse|.
-static double condition(const double m[3][3], const double inverse[3][3])
+static void take_placements(clast_tlas *tlas, size_t count, clast_arena *arena)
 {
-    double most = 1.0;
-    for (int i = 0; i < 3; i++) {
-        double sum = 0.0;
-        for (int j = 0; j < 3; j++) {
-            for (int k = 0; k < 3; k++) {
-                sum += fabs(m[i][k]) * fabs(inverse[k][j]);
+    tlas->placements = clast_arena_take(arena, count, sizeof *tlas->placements);
+    tlas->boxes = clast_arena_take(arena, count, sizeof *tlas->boxes);
+    tlas->leaves = clast_arena_take(arena, count, sizeof *tlas->leaves);
+    tlas->marks = clast_arena_take(arena, mark_words(count), sizeof *tlas->marks); // there are fewer nodes
+    tlas->placement_capacity = count;
+}
+
+// All that a build over at most `count` instances needs, but for working memory.
+static void take_all(clast_tlas *tlas, size_t count, clast_arena *arena)
+{
+    take_placements(tlas, count, arena);
+    clast_tree_place(&tlas->tree, count, arena);
+    tlas->parent_capacity = tlas->tree.node_capacity;
+    tlas->parents = clast_arena_take(arena, tlas->parent_capacity, sizeof *tlas->parents);
+}
+
+uint64_t clast_tlas_memory(size_t count)
+{
+    if (count >= CLAST_CHILD_ITEM) {
+        return UINT64_MAX;
+    }
+    clast_tlas counted = {0};
+    clast_arena arena = {NULL, 0};
+    take_all(&counted, count, &arena);
+    return arena.used + clast_tree_scratch(count);
+}
+
+clast_status clast_tlas_reserve(clast_tlas *tlas, size_t count)
+{
+    if (tlas == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_status status = clast_reserve_fit(tlas->context, &tlas->reserve, clast_tlas_memory(count));
+    if (status == CLAST_OK) {
+        free_arrays(tlas);
+    }
+    return status;
+}
+
+clast_status clast_tlas_use_memory(clast_tlas *tlas, void *memory, size_t bytes)
+{
+    if (tlas == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_reserve given = {0};
+    clast_status status = clast_reserve_borrow(tlas->context, &given, memory, bytes);
+    if (status == CLAST_OK) {
+        free_arrays(tlas);
+        clast_reserve_free(tlas->context, &tlas->reserve);
+        tlas->reserve = given;
+    }
+    return status;
+}
+
+// Memory for a build, in which the arena is what is left for work. `*temporary` is to be freed afterwards.
+static clast_status make_room(clast_tlas *tlas, size_t count, clast_arena *arena, void **temporary)
+{
+    *temporary = NULL;
+    if (tlas->reserve.memory != NULL) {
+        clast_status status = clast_reserve_fit(tlas->context, &tlas->reserve, clast_tlas_memory(count));
+        if (status == CLAST_OK) {
+            *arena = (clast_arena){tlas->reserve.memory, 0};
+            take_all(tlas, count, arena);
+        }
+        return status;
+    }
+    if (count > tlas->placement_capacity) {
+        clast_tlas counted = {0};
+        clast_arena kept = {NULL, 0};
+        take_placements(&counted, count, &kept);
+        kept = (clast_arena){clast_allocate(tlas->context, kept.used, 1), 0};
+        if (kept.memory == NULL) {
+            return CLAST_ERROR_OUT_OF_MEMORY;
+        }
+        clast_free(tlas->context, tlas->memory);
+        tlas->memory = kept.memory;
+        take_placements(tlas, count, &kept);
+    }
+    *temporary = clast_allocate(tlas->context, clast_tree_scratch(count), 1);
+    *arena = (clast_arena){*temporary, 0};
+    return *temporary != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
+}
+
+// ------------------------------------------------------------------------------------------------------------- placing
+
+typedef struct place_job {
+    clast_tlas *tlas;
+    const clast_tlas_instance *instances;
+    const uint32_t *numbers; // null: one after the other
+    bool marking;            // of the nodes in which they are
+    // Of floats that are not negative, the larger one has the larger bits.
+    _Atomic uint32_t spread;
+    _Atomic size_t refused; // the first instance that cannot be
+} place_job;
+
+// Sets a bit that other threads may be beside.
+static void set_mark(uint64_t *marks, uint32_t number)
+{
+    __atomic_fetch_or(&marks[number / WORD_BITS], UINT64_C(1) << number % WORD_BITS, __ATOMIC_RELAXED);
+}
+
+static void place_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    place_job *job = data;
+    clast_tlas *tlas = job->tlas;
+    float spread = 1.0f;
+    for (size_t i = begin; i < end; i++) {
+        size_t number = job->numbers != NULL ? job->numbers[i] : i;
+        float own = clast_place(&job->instances[i], &tlas->placements[number], &tlas->boxes[number]);
+        spread = own > spread ? own : spread;
+        if (job->marking) {
+            set_mark(tlas->marks, tlas->leaves[number]);
+        }
+        if (job->instances[i].id == CLAST_NONE) {
+            size_t first = atomic_load(&job->refused);
+            while (i < first && !atomic_compare_exchange_weak(&job->refused, &first, i)) {
             }
         }
-        most = sum > most ? sum : most;
     }
-    return most;
+    uint32_t bits = floatBitsToUint(spread), most = atomic_load(&job->spread);
+    while (bits > most && !atomic_compare_exchange_weak(&job->spread, &most, bits)) {
+    }
 }
 
-// Rounded outwards to floats; false where a side is too far away.
-static bool store_box(const double lower[3], const double upper[3], clast_box *box)
+static clast_status refuse_id(clast_tlas *tlas, size_t place)
 {
-    for (int axis = 0; axis < 3; axis++) {
-        if (!(lower[axis] >= -(double)BOX_COORDINATE_MOST / 2 && upper[axis] <= (double)BOX_COORDINATE_MOST / 2)) {
-            return false;
-        }
-        float low = (float)lower[axis], high = (float)upper[axis];
-        box->lower.v[axis] = (double)low > lower[axis] ? nextafterf(low, -INFINITY) : low;
-        box->upper.v[axis] = (double)high < upper[axis] ? nextafterf(high, INFINITY) : high;
-    }
-    return true;
+    return clast_fail(tlas->context, CLAST_ERROR_INVALID_ARGUMENT,
+                      "instance %zu has the id %u, which says that nothing was hit", place, CLAST_NONE);
 }
 
-// The box in the world, padded by what comes from the object's size and its distance from its own origin.
-static bool world_box(const clast_tlas_instance *instance, const clast_box *object, double spread, clast_box *box)
+// -------------------------------------------------------------------------------------------------------------- build
+
+// Tells children where they are.
+static void link_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
-    double lower[3], upper[3], farthest = 0.0;
-    for (int axis = 0; axis < 3; axis++) {
-        double low = 0.0, high = 0.0;
-        for (int k = 0; k < 3; k++) {
-            double a = (double)instance->transform[axis][k] * (double)object->lower.v[k];
-            double b = (double)instance->transform[axis][k] * (double)object->upper.v[k];
-            low += a < b ? a : b;
-            high += a < b ? b : a;
+    (void)worker;
+    clast_tlas *tlas = data;
+    for (size_t i = begin; i < end; i++) {
+        const clast_node *node = &tlas->tree.nodes[i];
+        for (uint32_t k = 0; k < node->child_count; k++) {
+            uint32_t child = node->children[k];
+            if ((child & CLAST_CHILD_ITEM) != 0) {
+                tlas->leaves[child & ~CLAST_CHILD_ITEM] = (uint32_t)i;
+            } else {
+                tlas->parents[child] = (uint32_t)i;
+            }
         }
-        farthest = fmax(farthest, fmax(fabs(low), fabs(high)));
-        lower[axis] = (double)instance->transform[axis][3] + low;
-        upper[axis] = (double)instance->transform[axis][3] + high;
     }
-    double pad = farthest * spread * SPREAD_STEP;
-    for (int axis = 0; axis < 3; axis++) {
-        lower[axis] -= pad;
-        upper[axis] += pad;
-    }
-    return store_box(lower, upper, box);
 }
 
-// False where nothing of the instance can be hit.
-static bool place(const clast_tlas_instance *instance, clast_placement *placement, clast_box *box, double *spread)
+static clast_status link_all(clast_tlas *tlas)
 {
-    clast_box object = instance->blas != NULL ? clast_tree_bounds(&instance->blas->tree) : clast_box_empty();
-    double to_world[3][3], to_object[3][3], determinant;
-    memset(placement, 0, sizeof *placement);
-    if (clast_box_is_empty(&object)) {
-        return false;
+    if (CLAST_RESERVE(tlas->context, tlas->parents, tlas->parent_capacity, tlas->tree.node_count) != CLAST_OK) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    for (int i = 0; i < 12; i++) {
-        float element = instance->transform[i / 4][i % 4];
-        if (!isfinite(element)) {
-            return false;
-        }
-        if (i % 4 == 3) {
-            placement->origin[i / 4] = element;
-        } else {
-            placement->to_world[i % 4][i / 4] = element;
-            to_world[i / 4][i % 4] = (double)element;
-        }
-    }
-    if (!invert(to_world, to_object, &determinant)) {
-        return false;
-    }
-    for (int i = 0; i < 9; i++) {
-        placement->to_object[i % 3][i / 3] = (float)to_object[i / 3][i % 3];
-    }
-    *spread = condition(to_world, to_object);
-    placement->blas = instance->blas;
-    placement->id = instance->id;
-    placement->filtered = instance->filtered != 0;
-    placement->mirrored = determinant < 0.0;
-    return world_box(instance, &object, *spread, box);
-}
-
-static clast_status check_instances(clast_context *context, const clast_tlas_instance *instances, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (instances[i].id == CLAST_NONE) {
-            return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
-                              "instance %zu has the id %u, which says that nothing was hit", i, CLAST_NONE);
-        }
-    }
+    clast_parallel_for(tlas->context, tlas->tree.node_count, PLACE_GRAIN, link_range, tlas);
+    memset(tlas->marks, 0, mark_words(tlas->placement_count) * sizeof *tlas->marks);
     return CLAST_OK;
+}
+
+static clast_status build_tree(clast_tlas *tlas, const clast_tlas_instance *instances, size_t count, clast_build build,
+                               clast_arena *arena)
+{
+    place_job job = {.tlas = tlas, .instances = instances, .spread = floatBitsToUint(1.0f), .refused = count};
+    clast_parallel_for(tlas->context, count, PLACE_GRAIN, place_range, &job);
+    if (job.refused < count) {
+        return refuse_id(tlas, job.refused);
+    }
+    tlas->spread = uintBitsToFloat(job.spread);
+    tlas->placement_count = count;
+    clast_status status = clast_tree_build(tlas->context, &tlas->tree, tlas->boxes, NULL, count, build, arena);
+    return status == CLAST_OK ? link_all(tlas) : status;
+}
+
+static void see_what_is_there(clast_tlas *tlas)
+{
+    clast_box box = clast_tree_bounds(&tlas->tree);
+    tlas->visible = !clast_box_is_empty(&box);
 }
 
 clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *instances, size_t count, clast_build build)
@@ -169,36 +257,139 @@ clast_status clast_tlas_build(clast_tlas *tlas, const clast_tlas_instance *insta
         return clast_fail(tlas->context, CLAST_ERROR_INVALID_ARGUMENT,
                           "a TLAS over %zu instances; less than 2^31 are possible", count);
     }
-    clast_status status = check_instances(tlas->context, instances, count);
-    if (status != CLAST_OK) {
-        return status;
+    clear(tlas);
+    if (count == 0) {
+        return CLAST_OK;
     }
-    // From here on a failure leaves an empty tree.
-    tlas->tree.node_count = 0;
-    tlas->tree.level_count = 0;
-    tlas->placement_count = 0;
-    double spread = 1.0;
-    if (CLAST_RESERVE(tlas->context, tlas->placements, tlas->placement_capacity, count) != CLAST_OK ||
-        CLAST_RESERVE(tlas->context, tlas->boxes, tlas->box_capacity, count) != CLAST_OK) {
-        return CLAST_ERROR_OUT_OF_MEMORY;
+    clast_arena arena;
+    void *temporary;
+    clast_status status = make_room(tlas, count, &arena, &temporary);
+    if (status == CLAST_OK) {
+        status = build_tree(tlas, instances, count, build, &arena);
     }
-    for (size_t i = 0; i < count; i++) {
-        clast_placement *placement = &tlas->placements[tlas->placement_count];
-        double own_spread = 1.0;
-        if (place(&instances[i], placement, &tlas->boxes[tlas->placement_count], &own_spread)) {
-            placement->index = (uint32_t)i;
-            spread = own_spread > spread ? own_spread : spread;
-            tlas->placement_count++;
+    clast_free(tlas->context, temporary);
+    if (status == CLAST_OK) {
+        see_what_is_there(tlas);
+    } else {
+        clear(tlas);
+    }
+    return status;
+}
+
+// -------------------------------------------------------------------------------------------------------------- update
+
+// Nothing is changed where it fails.
+static clast_status check_update(clast_tlas *tlas, const uint32_t *numbers, const clast_tlas_instance *instances,
+                                 size_t count)
+{
+    if (count > tlas->placement_count) {
+        return clast_fail(tlas->context, CLAST_ERROR_INVALID_ARGUMENT, "%zu instances of a TLAS of %zu", count,
+                          tlas->placement_count);
+    }
+    clast_status status = CLAST_OK;
+    size_t checked = 0;
+    for (; checked < count && status == CLAST_OK; checked++) {
+        uint32_t number = numbers != NULL ? numbers[checked] : (uint32_t)checked;
+        uint64_t bit = UINT64_C(1) << number % WORD_BITS;
+        if (number >= tlas->placement_count) {
+            status = clast_fail(tlas->context, CLAST_ERROR_INVALID_ARGUMENT, "instance %u of a TLAS of %zu", number,
+                                tlas->placement_count);
+            break;
+        }
+        if ((tlas->marks[number / WORD_BITS] & bit) != 0) {
+            status = clast_fail(tlas->context, CLAST_ERROR_INVALID_ARGUMENT, "instance %u is there twice", number);
+            break;
+        }
+        status = instances[checked].id == CLAST_NONE ? refuse_id(tlas, checked) : CLAST_OK;
+        tlas->marks[number / WORD_BITS] |= bit;
+    }
+    for (size_t i = 0; i < checked; i++) {
+        tlas->marks[(numbers != NULL ? numbers[i] : i) / WORD_BITS] = 0;
+    }
+    return status;
+}
+
+typedef struct level_job {
+    clast_tlas *tlas;
+    uint32_t begin, end; // of the level's nodes
+    uint32_t first_word;
+} level_job;
+
+// Of a word's bits, those of nodes [begin, end).
+static uint64_t level_bits(const level_job *job, uint32_t word)
+{
+    uint64_t bits = ~UINT64_C(0);
+    if (word == job->begin / WORD_BITS) {
+        bits &= ~UINT64_C(0) << job->begin % WORD_BITS;
+    }
+    if (word == (job->end - 1) / WORD_BITS) {
+        bits &= ~UINT64_C(0) >> (WORD_BITS - 1 - (job->end - 1) % WORD_BITS);
+    }
+    return bits;
+}
+
+static void refit_marked(clast_tlas *tlas, uint32_t number)
+{
+    clast_box before = tlas->tree.boxes[number];
+    clast_tree_refit_node(&tlas->tree, tlas->boxes, number);
+    if (number != 0 && memcmp(&before, &tlas->tree.boxes[number], sizeof before) != 0) {
+        set_mark(tlas->marks, tlas->parents[number]);
+    }
+}
+
+// A word may hold the ends of two levels: this one's bits are taken out, others may be set at the same time.
+static void level_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const level_job *job = data;
+    for (size_t i = begin; i < end; i++) {
+        uint32_t word = job->first_word + (uint32_t)i;
+        uint64_t own = level_bits(job, word);
+        uint64_t bits = __atomic_fetch_and(&job->tlas->marks[word], ~own, __ATOMIC_RELAXED) & own;
+        for (; bits != 0; bits &= bits - 1) {
+            refit_marked(job->tlas, word * WORD_BITS + (uint32_t)__builtin_ctzll(bits));
         }
     }
-    tlas->spread = (float)(spread < 1e20 ? spread : 1e20);
-    clast_arena scratch = {clast_allocate(tlas->context, clast_tree_scratch(count), 1), 0};
-    if (scratch.memory == NULL) {
-        return CLAST_ERROR_OUT_OF_MEMORY;
+}
+
+// Fits the marked nodes and those above them whose boxes change, each once: level by level, the lowest first.
+static void refit_marked_nodes(clast_tlas *tlas)
+{
+    const clast_tree *tree = &tlas->tree;
+    for (uint32_t level = tree->level_count; level-- > 0;) {
+        level_job job = {tlas, tree->levels[level], tree->levels[level + 1], tree->levels[level] / WORD_BITS};
+        uint32_t words = (job.end - 1) / WORD_BITS + 1 - job.first_word;
+        clast_parallel_for(tlas->context, words, MARK_GRAIN, level_range, &job);
     }
-    status = clast_tree_build(tlas->context, &tlas->tree, tlas->boxes, NULL, tlas->placement_count, build, &scratch);
-    clast_free(tlas->context, scratch.memory);
-    return status;
+}
+
+clast_status clast_tlas_update(clast_tlas *tlas, const uint32_t *numbers, const clast_tlas_instance *instances,
+                               size_t count)
+{
+    if (tlas == NULL || (instances == NULL && count != 0)) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_status status = check_update(tlas, numbers, instances, count);
+    if (status != CLAST_OK || count == 0) {
+        return status;
+    }
+    bool all = count == tlas->placement_count, few = count < tlas->placement_count / UPDATE_SHARE;
+    place_job job = {.tlas = tlas,
+                     .instances = instances,
+                     .numbers = numbers,
+                     .marking = few,
+                     // Others may have the largest condition number: it stays, until all are replaced.
+                     .spread = floatBitsToUint(all ? 1.0f : tlas->spread),
+                     .refused = count};
+    clast_parallel_for(tlas->context, count, PLACE_GRAIN, place_range, &job);
+    tlas->spread = uintBitsToFloat(job.spread);
+    if (few) {
+        refit_marked_nodes(tlas);
+    } else {
+        clast_tree_refit(tlas->context, &tlas->tree, tlas->boxes);
+    }
+    see_what_is_there(tlas);
+    return CLAST_OK;
 }
 
 void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3])
@@ -210,8 +401,14 @@ void clast_tlas_bounds(const clast_tlas *tlas, float lower[3], float upper[3])
 
 uint64_t clast_tlas_bytes(const clast_tlas *tlas)
 {
-    return tlas != NULL
-               ? sizeof *tlas + clast_tree_bytes(&tlas->tree) + tlas->placement_capacity * sizeof *tlas->placements +
-                     tlas->box_capacity * sizeof *tlas->boxes
-               : 0;
+    if (tlas == NULL) {
+        return 0;
+    }
+    if (tlas->reserve.memory != NULL) {
+        return sizeof *tlas + tlas->reserve.bytes;
+    }
+    clast_tlas counted = {0};
+    clast_arena kept = {NULL, 0};
+    take_placements(&counted, tlas->placement_capacity, &kept);
+    return sizeof *tlas + clast_tree_bytes(&tlas->tree) + kept.used + tlas->parent_capacity * sizeof *tlas->parents;
 }

@@ -533,17 +533,17 @@ static void quantise_child(clast_node *node, uint32_t lane, const clast_box *box
     }
 }
 
-static void refit_node(const refit_job *job, uint32_t number)
+void clast_tree_refit_node(clast_tree *tree, const clast_box *items, uint32_t number)
 {
-    clast_node *node = &job->tree->nodes[number];
+    clast_node *node = &tree->nodes[number];
     clast_box boxes[TREE_WIDTH];
     clast_box whole = clast_box_empty();
     for (uint32_t i = 0; i < node->child_count; i++) {
         uint32_t child = node->children[i];
-        boxes[i] = (child & CLAST_CHILD_ITEM) != 0 ? job->boxes[child & ~CLAST_CHILD_ITEM] : job->tree->boxes[child];
+        boxes[i] = (child & CLAST_CHILD_ITEM) != 0 ? items[child & ~CLAST_CHILD_ITEM] : tree->boxes[child];
         box_include(&whole, &boxes[i]);
     }
-    job->tree->boxes[number] = whole;
+    tree->boxes[number] = whole;
     bool empty = clast_box_is_empty(&whole);
     for (int axis = 0; axis < 3; axis++) {
         node->lower[axis] = empty ? 0.0f : whole.lower.v[axis];
@@ -560,7 +560,7 @@ static void refit_range(void *data, size_t begin, size_t end, uint32_t worker)
     (void)worker;
     refit_job *job = data;
     for (size_t i = begin; i < end; i++) {
-        refit_node(job, job->first + (uint32_t)i);
+        clast_tree_refit_node(job->tree, job->boxes, job->first + (uint32_t)i);
     }
 }
 
