@@ -137,8 +137,17 @@ typedef struct clast_blas clast_blas;
 /** Makes an empty BLAS over a pool's clusters. The pool must outlive it. */
 CLAST_API clast_status clast_blas_create(clast_clas_pool *pool, clast_blas **blas);
 CLAST_API void clast_blas_destroy(clast_blas *blas);
+/** The most bytes that builds over up to `count` clusters take, working memory included; UINT64_MAX from 2^31 on. */
+CLAST_API uint64_t clast_blas_memory(size_t count);
+/** Takes that memory now and keeps it: builds over up to `count` clusters allocate nothing, and larger ones take more. Without a
+ *  reserve, a build keeps what the tree needs, and frees its working memory. The tree is empty afterwards. */
+CLAST_API clast_status clast_blas_reserve(clast_blas *blas, size_t count);
+/** Keeps the tree in the caller's memory, aligned to 64 bytes, from now on; null goes back to the context's. The memory must stay
+ *  until then, or until the BLAS is destroyed. A build that needs more than `bytes` fails with OUT_OF_MEMORY and a text that
+ *  names both numbers. The tree is empty afterwards. */
+CLAST_API clast_status clast_blas_use_memory(clast_blas *blas, void *memory, size_t bytes);
 /** Builds the tree over `count` slots of the pool; `slots` null means slots 0 to count - 1. Deterministic, parallel.
- *  Reuses the memory of the tree before. */
+ *  Reuses the memory of the tree before. Where memory runs out, the tree is empty afterwards. */
 CLAST_API clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count, clast_build build);
 /** Fits the tree to the clusters' boxes anew, keeping its shape. */
 CLAST_API clast_status clast_blas_refit(clast_blas *blas);

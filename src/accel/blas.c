@@ -22,8 +22,61 @@ void clast_blas_destroy(clast_blas *blas)
 {
     if (blas != NULL) {
         clast_tree_free(blas->context, &blas->tree);
+        clast_reserve_free(blas->context, &blas->reserve);
         clast_free(blas->context, blas);
     }
+}
+
+uint64_t clast_blas_memory(size_t count)
+{
+    if (count >= CLAST_CHILD_ITEM) {
+        return UINT64_MAX;
+    }
+    clast_tree counted;
+    clast_arena arena = {NULL, 0};
+    clast_tree_place(&counted, count, &arena);
+    return arena.used + clast_tree_scratch(count);
+}
+
+clast_status clast_blas_reserve(clast_blas *blas, size_t count)
+{
+    if (blas == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_status status = clast_reserve_fit(blas->context, &blas->reserve, clast_blas_memory(count));
+    if (status == CLAST_OK) {
+        clast_tree_free(blas->context, &blas->tree);
+    }
+    return status;
+}
+
+clast_status clast_blas_use_memory(clast_blas *blas, void *memory, size_t bytes)
+{
+    if (blas == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_status status = clast_reserve_borrow(blas->context, &blas->reserve, memory, bytes);
+    if (status == CLAST_OK) {
+        clast_tree_free(blas->context, &blas->tree);
+    }
+    return status;
+}
+
+// Memory for a build: the arena is what is left for work. `*temporary` is to be freed afterwards.
+static clast_status make_room(clast_blas *blas, size_t count, clast_arena *arena, void **temporary)
+{
+    *temporary = NULL;
+    if (blas->reserve.memory != NULL) {
+        clast_status status = clast_reserve_fit(blas->context, &blas->reserve, clast_blas_memory(count));
+        if (status == CLAST_OK) {
+            *arena = (clast_arena){blas->reserve.memory, 0};
+            clast_tree_place(&blas->tree, count, arena);
+        }
+        return status;
+    }
+    *temporary = clast_allocate(blas->context, clast_tree_scratch(count), 1);
+    *arena = (clast_arena){*temporary, 0};
+    return *temporary != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
 }
 
 clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count, clast_build build)
@@ -41,14 +94,16 @@ clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t co
                               slots[i], blas->pool->count);
         }
     }
-    clast_arena scratch = {clast_allocate(blas->context, clast_tree_scratch(count), 1), 0};
-    if (scratch.memory == NULL) {
-        blas->tree.node_count = blas->tree.level_count = 0;
-        return CLAST_ERROR_OUT_OF_MEMORY;
+    clast_arena arena;
+    void *temporary;
+    clast_status status = make_room(blas, count, &arena, &temporary);
+    if (status == CLAST_OK) {
+        status = clast_tree_build(blas->context, &blas->tree, blas->pool->boxes, slots, count, build, &arena);
     }
-    clast_status status =
-        clast_tree_build(blas->context, &blas->tree, blas->pool->boxes, slots, count, build, &scratch);
-    clast_free(blas->context, scratch.memory);
+    clast_free(blas->context, temporary);
+    if (status != CLAST_OK) {
+        blas->tree.node_count = blas->tree.level_count = 0;
+    }
     return status;
 }
 
@@ -70,5 +125,8 @@ void clast_blas_bounds(const clast_blas *blas, float lower[3], float upper[3])
 
 uint64_t clast_blas_bytes(const clast_blas *blas)
 {
-    return blas != NULL ? sizeof *blas + clast_tree_bytes(&blas->tree) : 0;
+    if (blas == NULL) {
+        return 0;
+    }
+    return sizeof *blas + (blas->reserve.memory != NULL ? blas->reserve.bytes : clast_tree_bytes(&blas->tree));
 }

@@ -148,6 +148,7 @@ bool clast_box_is_empty(const clast_box *box);
 struct clast_blas {
     clast_clas_pool *pool;
     clast_context *context;
+    clast_reserve reserve;
     clast_tree tree;
 };
 

@@ -111,12 +111,9 @@ clast_status clast_tlas_use_memory(clast_tlas *tlas, void *memory, size_t bytes)
     if (tlas == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
-    clast_reserve given = {0};
-    clast_status status = clast_reserve_borrow(tlas->context, &given, memory, bytes);
+    clast_status status = clast_reserve_borrow(tlas->context, &tlas->reserve, memory, bytes);
     if (status == CLAST_OK) {
         free_arrays(tlas);
-        clast_reserve_free(tlas->context, &tlas->reserve);
-        tlas->reserve = given;
     }
     return status;
 }
