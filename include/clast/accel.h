@@ -101,13 +101,38 @@ typedef struct clast_clas_input {
 /** Makes an empty pool over a set's templates. The set must outlive it. */
 CLAST_API clast_status clast_clas_pool_create(clast_template_set *set, clast_clas_pool **pool);
 CLAST_API void clast_clas_pool_destroy(clast_clas_pool *pool);
+/** The bytes that a pool of `count` slots takes: of any templates that the set has now and, where `own_triangles` is not zero, of
+ *  clusters with up to so many triangles of their own (clast_clas_build). UINT64_MAX where no pool can have so many. */
+CLAST_API uint64_t clast_clas_pool_memory(const clast_template_set *set, size_t count, uint32_t own_triangles);
 /** Makes room for `count` slots of any templates that the set has now; afterwards instantiating that many of them allocates
  *  nothing. */
 CLAST_API clast_status clast_clas_pool_reserve(clast_clas_pool *pool, size_t count);
+/** The same, and for clusters of up to `own_triangles` triangles of their own: building that many allocates nothing either. */
+CLAST_API clast_status clast_clas_pool_reserve_own(clast_clas_pool *pool, size_t count, uint32_t own_triangles);
+/** Keeps the pool in the caller's memory, aligned to 64 bytes, from now on; null goes back to the context's. It has as many slots
+ *  as fit, of the templates that the set has now, and with `own_triangles` as above. The memory must stay until then, or until the
+ *  pool is destroyed. A call that needs more fails with OUT_OF_MEMORY and a text that names both numbers; the pool is unchanged
+ *  then. The pool has no clusters afterwards. */
+CLAST_API clast_status clast_clas_pool_use_memory(clast_clas_pool *pool, void *memory, size_t bytes,
+                                                  uint32_t own_triangles);
 /** Fills slots [first, first + count), extending the pool to first + count slots if it is shorter, and fits their boxes to
  *  the vertices. Parallel. Vertices that are not finite make triangles that are never hit. */
 CLAST_API clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t count,
                                               const clast_clas_input *inputs);
+
+/** A cluster with triangles of its own. */
+typedef struct clast_clas_desc {
+    uint32_t triangle_count; /**< 1 to 256 */
+    uint32_t vertex_count;   /**< 1 to 256 */
+    const uint8_t *indices;  /**< 3 for each triangle, each below vertex_count; read during the call only */
+    const float *vertices;   /**< 3 floats each; they stay the caller's, and must live as long as the slot */
+} clast_clas_desc;
+
+/** Fills slots [first, first + count) as clast_clas_instantiate does, with clusters that no template describes: what an engine
+ *  streams in. Their topology lies in the pool, and takes the place of what the slot had. Takes longer than instantiating, as
+ *  triangles are sorted into blocks. Parallel. */
+CLAST_API clast_status clast_clas_build(clast_clas_pool *pool, size_t first, size_t count,
+                                        const clast_clas_desc *clusters);
 /** Forgets the slots from `count` on. */
 CLAST_API void clast_clas_pool_truncate(clast_clas_pool *pool, size_t count);
 /** Fits the boxes of slots [first, first + count) anew, after their vertices changed. Parallel. */

@@ -31,46 +31,120 @@ clast_status clast_clas_pool_create(clast_template_set *set, clast_clas_pool **p
 void clast_clas_pool_destroy(clast_clas_pool *pool)
 {
     if (pool != NULL) {
-        clast_free(pool->context, pool->slots);
-        clast_free(pool->context, pool->boxes);
+        clast_reserve_free(pool->context, &pool->reserve);
         clast_free(pool->context, pool);
     }
 }
 
-// Room for `capacity` slots for templates of `blocks` blocks; keeps what is there.
-static clast_status make_room(clast_clas_pool *pool, size_t capacity, uint32_t blocks)
+// -------------------------------------------------------------------------------------------------------------- memory
+
+// What a slot takes. A topology's is zero in a pool whose clusters are all of templates.
+typedef struct slot_sizes {
+    size_t stride, topology_stride;
+} slot_sizes;
+
+static slot_sizes sizes_for(uint32_t blocks, uint32_t own_blocks)
 {
-    size_t stride = stride_for(blocks);
-    stride = stride > pool->stride ? stride : pool->stride;
-    if (capacity <= pool->capacity && stride == pool->stride) {
+    slot_sizes sizes = {stride_for(blocks > own_blocks ? blocks : own_blocks), 0};
+    if (own_blocks != 0) {
+        sizes.topology_stride = sizeof(clast_template) + own_blocks * sizeof(clast_block);
+    }
+    return sizes;
+}
+
+static void take_slots(clast_clas_pool *pool, size_t capacity, slot_sizes sizes, clast_arena *arena)
+{
+    pool->slots = clast_arena_take(arena, capacity, sizes.stride);
+    pool->boxes = clast_arena_take(arena, capacity, sizeof *pool->boxes);
+    pool->topologies = clast_arena_take(arena, capacity, sizes.topology_stride);
+    pool->stride = sizes.stride;
+    pool->topology_stride = sizes.topology_stride;
+    pool->capacity = capacity;
+}
+
+static uint64_t bytes_for(size_t capacity, slot_sizes sizes)
+{
+    clast_clas_pool counted;
+    clast_arena arena = {NULL, 0};
+    take_slots(&counted, capacity, sizes, &arena);
+    return arena.used;
+}
+
+static clast_template *own_topology(const clast_clas_pool *pool, size_t slot)
+{
+    return (clast_template *)(void *)(pool->topologies + slot * pool->topology_stride);
+}
+
+// Copies a slot into a pool that has the same one, or larger ones.
+static void move_slot(clast_clas_pool *to_pool, const clast_clas_pool *from_pool, size_t slot)
+{
+    const clast_clas *from = clast_pool_slot(from_pool, slot);
+    clast_clas *to = clast_pool_slot(to_pool, slot);
+    memcpy(to, from, from_pool->stride);
+    to_pool->boxes[slot] = from_pool->boxes[slot];
+    to->vertices += from->vertices != 0 ? clast_distance(to, from) : 0;
+    if (from->topology == 0) {
+        return;
+    }
+    if (from_pool->topology_stride != 0 && clast_clas_topology(from) == own_topology(from_pool, slot)) {
+        memcpy(own_topology(to_pool, slot), own_topology(from_pool, slot), from_pool->topology_stride);
+        to->topology = clast_distance(to, own_topology(to_pool, slot));
+    } else {
+        to->topology += clast_distance(to, from);
+    }
+}
+
+// Room for `capacity` slots of templates of `blocks` blocks, and of clusters of their own of `own_blocks`; keeps what is
+// there.
+static clast_status make_room(clast_clas_pool *pool, size_t capacity, uint32_t blocks, uint32_t own_blocks)
+{
+    slot_sizes sizes = sizes_for(blocks, own_blocks);
+    sizes.stride = sizes.stride > pool->stride ? sizes.stride : pool->stride;
+    sizes.topology_stride = sizes.topology_stride > pool->topology_stride ? sizes.topology_stride
+                                                                          : pool->topology_stride;
+    if (capacity <= pool->capacity && sizes.stride == pool->stride && sizes.topology_stride == pool->topology_stride) {
         return CLAST_OK;
     }
     capacity = capacity > pool->capacity ? capacity : pool->capacity;
-    uint8_t *slots = clast_allocate(pool->context, capacity, stride);
-    clast_box *boxes = clast_allocate(pool->context, capacity, sizeof *boxes);
-    if (slots == NULL || boxes == NULL) {
-        clast_free(pool->context, slots);
-        clast_free(pool->context, boxes);
-        return CLAST_ERROR_OUT_OF_MEMORY;
+    if (pool->reserve.borrowed) {
+        return clast_fail(pool->context, CLAST_ERROR_OUT_OF_MEMORY, "%llu bytes are needed; the memory given has %zu",
+                          (unsigned long long)bytes_for(capacity, sizes), pool->reserve.bytes);
     }
+    clast_clas_pool grown = *pool;
+    grown.reserve = (clast_reserve){0};
+    clast_status status = clast_reserve_own(pool->context, &grown.reserve, bytes_for(capacity, sizes));
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_arena arena = {grown.reserve.memory, 0};
+    take_slots(&grown, capacity, sizes, &arena);
     for (size_t i = 0; i < pool->count; i++) {
-        const clast_clas *from = clast_pool_slot(pool, i);
-        clast_clas *to = (clast_clas *)(void *)(slots + i * stride);
-        memcpy(to, from, pool->stride);
-        to->topology += from->topology != 0 ? clast_distance(to, from) : 0;
-        to->vertices += from->vertices != 0 ? clast_distance(to, from) : 0;
-        boxes[i] = pool->boxes[i];
+        move_slot(&grown, pool, i);
     }
-    clast_free(pool->context, pool->slots);
-    clast_free(pool->context, pool->boxes);
-    pool->slots = slots;
-    pool->boxes = boxes;
-    pool->stride = stride;
-    pool->capacity = capacity;
+    clast_reserve_free(pool->context, &pool->reserve);
+    *pool = grown;
     return CLAST_OK;
 }
 
-clast_status clast_clas_pool_reserve(clast_clas_pool *pool, size_t count)
+uint64_t clast_clas_pool_memory(const clast_template_set *set, size_t count, uint32_t own_triangles)
+{
+    if (set == NULL || count > CLAST_CHILD_ITEM || own_triangles > TEMPLATE_TRIANGLES) {
+        return UINT64_MAX;
+    }
+    uint32_t blocks = set->most_blocks != 0 ? set->most_blocks : 1;
+    return bytes_for(count, sizes_for(blocks, clast_blocks_of(own_triangles)));
+}
+
+static clast_status check_own_triangles(const clast_clas_pool *pool, uint32_t own_triangles)
+{
+    if (own_triangles > TEMPLATE_TRIANGLES) {
+        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "clusters of %u triangles; %u are possible",
+                          own_triangles, TEMPLATE_TRIANGLES);
+    }
+    return CLAST_OK;
+}
+
+clast_status clast_clas_pool_reserve_own(clast_clas_pool *pool, size_t count, uint32_t own_triangles)
 {
     if (pool == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
@@ -79,15 +153,70 @@ clast_status clast_clas_pool_reserve(clast_clas_pool *pool, size_t count)
         return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "a pool of %zu clusters; 2^31 are possible",
                           count);
     }
-    return make_room(pool, count, pool->set->most_blocks);
+    clast_status status = check_own_triangles(pool, own_triangles);
+    return status != CLAST_OK ? status : make_room(pool, count, pool->set->most_blocks, clast_blocks_of(own_triangles));
 }
 
+clast_status clast_clas_pool_reserve(clast_clas_pool *pool, size_t count)
+{
+    return clast_clas_pool_reserve_own(pool, count, 0);
+}
+
+clast_status clast_clas_pool_use_memory(clast_clas_pool *pool, void *memory, size_t bytes, uint32_t own_triangles)
+{
+    if (pool == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_status status = check_own_triangles(pool, own_triangles);
+    status = status == CLAST_OK ? clast_reserve_borrow(pool->context, &pool->reserve, memory, bytes) : status;
+    if (status != CLAST_OK) {
+        return status;
+    }
+    uint32_t blocks = pool->set->most_blocks != 0 ? pool->set->most_blocks : 1;
+    slot_sizes sizes = sizes_for(blocks, clast_blocks_of(own_triangles));
+    // Each of the three arrays may end with a gap.
+    size_t gaps = 3 * (ARENA_ALIGNMENT - 1), slot = sizes.stride + sizeof *pool->boxes + sizes.topology_stride;
+    size_t capacity = memory != NULL && bytes > gaps ? (bytes - gaps) / slot : 0;
+    while (capacity < CLAST_CHILD_ITEM && memory != NULL && bytes_for(capacity + 1, sizes) <= bytes) {
+        capacity++;
+    }
+    clast_arena arena = {memory, 0};
+    take_slots(pool, capacity < CLAST_CHILD_ITEM ? capacity : CLAST_CHILD_ITEM, sizes, &arena);
+    pool->count = 0;
+    return CLAST_OK;
+}
+
+// ---------------------------------------------------------------------------------------------------------------- fit
+
+// At most one of `inputs` and `clusters` is there; without both, only boxes are fitted.
 typedef struct fit_job {
     clast_clas_pool *pool;
-    const clast_clas_input *inputs; // null: only the boxes
+    const clast_clas_input *inputs;
+    const clast_clas_desc *clusters;
     size_t first;
     clast_fit_kernel fit;
 } fit_job;
+
+// What a cluster is as a template.
+static clast_template_desc desc_of(const clast_clas_desc *cluster)
+{
+    return (clast_template_desc){cluster->triangle_count, cluster->vertex_count, cluster->indices, cluster->vertices};
+}
+
+static void fill_slot(const fit_job *job, size_t i, clast_clas *clas)
+{
+    const clast_clas_pool *pool = job->pool;
+    if (job->inputs != NULL) {
+        clas->topology = clast_distance(clas, pool->set->templates[job->inputs[i].template_number]);
+        clas->vertices = clast_distance(clas, job->inputs[i].vertices);
+    } else if (job->clusters != NULL) {
+        clast_template *topology = own_topology(pool, job->first + i);
+        clast_template_desc desc = desc_of(&job->clusters[i]);
+        clast_template_build(topology, &desc);
+        clas->topology = clast_distance(clas, topology);
+        clas->vertices = clast_distance(clas, desc.rest_positions);
+    }
+}
 
 static void fit_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
@@ -95,10 +224,7 @@ static void fit_range(void *data, size_t begin, size_t end, uint32_t worker)
     fit_job *job = data;
     for (size_t i = begin; i < end; i++) {
         clast_clas *clas = clast_pool_slot(job->pool, job->first + i);
-        if (job->inputs != NULL) {
-            clas->topology = clast_distance(clas, job->pool->set->templates[job->inputs[i].template_number]);
-            clas->vertices = clast_distance(clas, job->inputs[i].vertices);
-        }
+        fill_slot(job, i, clas);
         if (clas->topology != 0) {
             job->fit(clas, &job->pool->boxes[job->first + i]);
         }
@@ -123,24 +249,39 @@ static clast_status check_inputs(const clast_clas_pool *pool, const clast_clas_i
     return CLAST_OK;
 }
 
-clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t count, const clast_clas_input *inputs)
+static clast_status check_clusters(const clast_clas_pool *pool, const clast_clas_desc *clusters, size_t count,
+                                   uint32_t *most_blocks)
 {
-    if (pool == NULL || (inputs == NULL && count != 0)) {
-        return CLAST_ERROR_INVALID_ARGUMENT;
+    for (size_t i = 0; i < count; i++) {
+        clast_template_desc desc = desc_of(&clusters[i]);
+        clast_status status = clast_template_check(pool->context, &desc, "cluster", i);
+        if (status != CLAST_OK) {
+            return status;
+        }
+        if (clusters[i].vertices == NULL) {
+            return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "cluster %zu has no vertices", i);
+        }
+        uint32_t blocks = clast_blocks_of(desc.triangle_count);
+        *most_blocks = blocks > *most_blocks ? blocks : *most_blocks;
     }
-    if (count == 0) {
-        return CLAST_OK;
-    }
+    return CLAST_OK;
+}
+
+static clast_status fill_slots(clast_clas_pool *pool, size_t first, size_t count, const clast_clas_input *inputs,
+                               const clast_clas_desc *clusters)
+{
     size_t end;
     if (!clast_add_size(first, count, &end) || end > CLAST_CHILD_ITEM) {
         return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT,
                           "clusters %zu and on, %zu of them; a pool has 2^31 slots", first, count);
     }
     uint32_t most_blocks = 0;
-    clast_status status = check_inputs(pool, inputs, count, &most_blocks);
+    clast_status status = inputs != NULL ? check_inputs(pool, inputs, count, &most_blocks)
+                                         : check_clusters(pool, clusters, count, &most_blocks);
     if (status == CLAST_OK) {
-        size_t grown = end <= pool->capacity || end > 2 * pool->capacity ? end : 2 * pool->capacity;
-        status = make_room(pool, grown, most_blocks);
+        bool doubles = end > pool->capacity && end <= 2 * pool->capacity && !pool->reserve.borrowed;
+        status = make_room(pool, doubles ? 2 * pool->capacity : end, inputs != NULL ? most_blocks : 1,
+                           inputs != NULL ? 0 : most_blocks);
     }
     if (status != CLAST_OK) {
         return status;
@@ -150,9 +291,25 @@ clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t 
         pool->boxes[pool->count] = clast_box_empty();
     }
     pool->count = end > pool->count ? end : pool->count;
-    fit_job job = {pool, inputs, first, clast_accel_kernels_of(clast_context_isa(pool->context))->fit};
+    fit_job job = {pool, inputs, clusters, first, clast_accel_kernels_of(clast_context_isa(pool->context))->fit};
     clast_parallel_for(pool->context, count, FIT_GRAIN, fit_range, &job);
     return CLAST_OK;
+}
+
+clast_status clast_clas_instantiate(clast_clas_pool *pool, size_t first, size_t count, const clast_clas_input *inputs)
+{
+    if (pool == NULL || (inputs == NULL && count != 0)) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    return count != 0 ? fill_slots(pool, first, count, inputs, NULL) : CLAST_OK;
+}
+
+clast_status clast_clas_build(clast_clas_pool *pool, size_t first, size_t count, const clast_clas_desc *clusters)
+{
+    if (pool == NULL || (clusters == NULL && count != 0)) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    return count != 0 ? fill_slots(pool, first, count, NULL, clusters) : CLAST_OK;
 }
 
 void clast_clas_pool_truncate(clast_clas_pool *pool, size_t count)
@@ -171,7 +328,7 @@ clast_status clast_clas_refit(clast_clas_pool *pool, size_t first, size_t count)
         return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT,
                           "clusters %zu and on, %zu of them; the pool has %zu", first, count, pool->count);
     }
-    fit_job job = {pool, NULL, first, clast_accel_kernels_of(clast_context_isa(pool->context))->fit};
+    fit_job job = {pool, NULL, NULL, first, clast_accel_kernels_of(clast_context_isa(pool->context))->fit};
     clast_parallel_for(pool->context, count, FIT_GRAIN, fit_range, &job);
     return CLAST_OK;
 }
@@ -183,5 +340,5 @@ size_t clast_clas_pool_count(const clast_clas_pool *pool)
 
 uint64_t clast_clas_pool_bytes(const clast_clas_pool *pool)
 {
-    return pool != NULL ? sizeof *pool + (uint64_t)pool->capacity * (pool->stride + sizeof *pool->boxes) : 0;
+    return pool != NULL ? sizeof *pool + pool->reserve.bytes : 0;
 }

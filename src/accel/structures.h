@@ -44,6 +44,14 @@ typedef struct clast_template {
 
 // Builds a template of a desc that was checked, in room for all its blocks.
 void clast_template_build(clast_template *made, const clast_template_desc *desc);
+// `what` and `place` tell whose fault it is.
+clast_status clast_template_check(clast_context *context, const clast_template_desc *desc, const char *what,
+                                  size_t place);
+
+static inline uint32_t clast_blocks_of(uint32_t triangles)
+{
+    return (triangles + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES;
+}
 
 // Template data lie in blocks of memory, one for each call that added some, so that they never move.
 struct clast_template_set {
@@ -74,9 +82,11 @@ _Static_assert(sizeof(clast_clas) == 32, "with the boxes of a full cluster, two 
 struct clast_clas_pool {
     clast_template_set *set;
     clast_context *context;
+    clast_reserve reserve; // what all of this lies in
     uint8_t *slots;
-    clast_box *boxes; // of the slots: around their finite triangles, lower > upper where there are none
-    size_t stride;
+    clast_box *boxes;    // of the slots: around their finite triangles, lower > upper where there are none
+    uint8_t *topologies; // of slots that have their own
+    size_t stride, topology_stride;
     size_t count, capacity;
 };
 
@@ -156,7 +166,7 @@ struct clast_blas {
 typedef struct clast_placement {
     float to_object[3][4]; // columns
     float to_world[3][4];
-    float origin[4]; // of object space, in the world
+    float origin[4];        // of object space, in the world
     const clast_blas *blas; // null: nothing can be hit
     uint32_t id;
     bool filtered;
@@ -172,7 +182,7 @@ struct clast_tlas {
     clast_context *context;
     clast_reserve reserve;
     clast_tree tree;
-    uint8_t *memory; // of the placements and what goes with them, where nothing is reserved
+    uint8_t *memory;             // of the placements and what goes with them, where nothing is reserved
     clast_placement *placements; // of all instances, in the order given
     clast_box *boxes;            // of the placements
     uint32_t *leaves;            // nodes in which the placements are
@@ -209,5 +219,6 @@ const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa);
 CLAST_DECLARE_KERNELS(plain)
 CLAST_DECLARE_KERNELS(sse42)
 CLAST_DECLARE_KERNELS(avx2)
+CLAST_DECLARE_KERNELS(avx512)
 
 #endif

@@ -187,11 +187,6 @@ static void fill_block(clast_block *block, const clast_template_desc *desc, cons
     }
 }
 
-static uint32_t block_count_of(const clast_template_desc *desc)
-{
-    return (desc->triangle_count + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES;
-}
-
 static bool uses_all_vertices(const clast_template_desc *desc)
 {
     bool used[TEMPLATE_VERTICES] = {false};
@@ -203,7 +198,7 @@ static bool uses_all_vertices(const clast_template_desc *desc)
     return count == desc->vertex_count;
 }
 
-static void build_template(clast_template *made, const clast_template_desc *desc)
+void clast_template_build(clast_template *made, const clast_template_desc *desc)
 {
     cutter c;
     uint32_t lengths[TEMPLATE_BLOCKS];
@@ -215,7 +210,7 @@ static void build_template(clast_template *made, const clast_template_desc *desc
         cutter_begin(&c, desc);
         made->block_count = (uint16_t)cut_blocks(&c, count, lengths);
     } else {
-        made->block_count = (uint16_t)block_count_of(desc);
+        made->block_count = (uint16_t)clast_blocks_of(desc->triangle_count);
         for (uint32_t i = 0; i < count; i++) {
             c.orders[0][i] = (uint8_t)i;
         }
@@ -259,22 +254,23 @@ void clast_template_set_destroy(clast_template_set *set)
     clast_free(set->context, set);
 }
 
-static clast_status check_desc(clast_context *context, const clast_template_desc *desc, size_t place)
+clast_status clast_template_check(clast_context *context, const clast_template_desc *desc, const char *what,
+                                  size_t place)
 {
     if (desc->triangle_count < 1 || desc->triangle_count > TEMPLATE_TRIANGLES) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu has %u triangles; 1 to %u are possible",
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s %zu has %u triangles; 1 to %u are possible", what,
                           place, desc->triangle_count, TEMPLATE_TRIANGLES);
     }
     if (desc->vertex_count < 1 || desc->vertex_count > TEMPLATE_VERTICES) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu has %u vertices; 1 to %u are possible",
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s %zu has %u vertices; 1 to %u are possible", what,
                           place, desc->vertex_count, TEMPLATE_VERTICES);
     }
     if (desc->indices == NULL) {
-        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu has no indices", place);
+        return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s %zu has no indices", what, place);
     }
     for (uint32_t i = 0; i < 3 * desc->triangle_count; i++) {
         if (desc->indices[i] >= desc->vertex_count) {
-            return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "template %zu: index %u is %u; it has %u vertices",
+            return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s %zu: index %u is %u; it has %u vertices", what,
                               place, i, desc->indices[i], desc->vertex_count);
         }
     }
@@ -291,13 +287,13 @@ static void build_range(void *data, size_t begin, size_t end, uint32_t worker)
     (void)worker;
     build_job *job = data;
     for (size_t i = begin; i < end; i++) {
-        build_template((clast_template *)job->made[i], &job->descs[i]);
+        clast_template_build((clast_template *)job->made[i], &job->descs[i]);
     }
 }
 
 static size_t template_bytes(const clast_template_desc *desc)
 {
-    return sizeof(clast_template) + block_count_of(desc) * sizeof(clast_block);
+    return sizeof(clast_template) + clast_blocks_of(desc->triangle_count) * sizeof(clast_block);
 }
 
 clast_status clast_template_set_add(clast_template_set *set, const clast_template_desc *descs, size_t count,
@@ -312,12 +308,13 @@ clast_status clast_template_set_add(clast_template_set *set, const clast_templat
     size_t bytes = 0; // a template takes less than 1100 bytes, and there are less than 2^32
     uint32_t most_blocks = set->most_blocks;
     for (size_t i = 0; i < count; i++) {
-        clast_status status = check_desc(set->context, &descs[i], i);
+        clast_status status = clast_template_check(set->context, &descs[i], "template", i);
         if (status != CLAST_OK) {
             return status;
         }
         bytes += template_bytes(&descs[i]);
-        most_blocks = block_count_of(&descs[i]) > most_blocks ? block_count_of(&descs[i]) : most_blocks;
+        uint32_t blocks = clast_blocks_of(descs[i].triangle_count);
+        most_blocks = blocks > most_blocks ? blocks : most_blocks;
     }
     if (CLAST_RESERVE(set->context, set->templates, set->capacity, set->count + count) != CLAST_OK ||
         CLAST_RESERVE(set->context, set->memory, set->memory_capacity, set->memory_count + 1) != CLAST_OK) {

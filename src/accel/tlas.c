@@ -9,8 +9,8 @@
 
 enum {
     PLACE_GRAIN = 128,
-    MARK_GRAIN = 8,    // words of marks
-    UPDATE_SHARE = 4,  // from a part of so many instances on, all nodes are fitted
+    MARK_GRAIN = 8,   // words of marks
+    UPDATE_SHARE = 4, // from a part of so many instances on, all nodes are fitted
     WORD_BITS = 64,
 };
 

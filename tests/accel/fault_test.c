@@ -56,7 +56,7 @@ static void every_allocation_may_fail(void **state)
         clast_context_destroy(context);
         assert_int_equal(t.held, 0);
         if (status == CLAST_OK) {
-            assert_true(failing > 20);
+            assert_true(failing > 12);
             break;
         }
         assert_int_equal(status, CLAST_ERROR_OUT_OF_MEMORY);
