@@ -26,9 +26,11 @@ set(CLAST_KERNELS "" CACHE INTERNAL "") # their kernels: the objects of a static
 set(CLAST_KERNEL_SETS plain)
 set(CLAST_KERNEL_OPTIONS_plain "")
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-    list(APPEND CLAST_KERNEL_SETS sse42 avx2)
+    list(APPEND CLAST_KERNEL_SETS sse42 avx2 avx512)
     set(CLAST_KERNEL_OPTIONS_sse42 -msse4.2)
     set(CLAST_KERNEL_OPTIONS_avx2 -mavx2 -mbmi -mlzcnt -mpopcnt)
+    set(CLAST_KERNEL_OPTIONS_avx512 -mavx512f -mavx512vl -mavx512bw -mavx512dq -mavx512vbmi
+        -mavx2 -mbmi -mbmi2 -mlzcnt -mpopcnt)
 endif()
 
 # A folder of src/ as a static library clast_NAME. NAME.kernel.c files are compiled once for each instruction set.

@@ -31,7 +31,8 @@
 #define CLAST_ISA_LIST(X) \
     X(CLAST_ISA_PLAIN, 1, "plain") \
     X(CLAST_ISA_SSE42, 2, "sse4.2") \
-    X(CLAST_ISA_AVX2, 3, "avx2")
+    X(CLAST_ISA_AVX2, 3, "avx2") \
+    X(CLAST_ISA_AVX512, 4, "avx512") /* F, VL, BW, DQ and VBMI: Ice Lake, Zen 4 and later */
 
 /* X(name, value, text): how a tree is built over clusters or instances. */
 #define CLAST_BUILD_LIST(X) \

@@ -197,6 +197,11 @@ struct clast_tlas {
 
 // Fits a slot's boxes to its vertices, and gives the box around them.
 typedef void (*clast_fit_kernel)(clast_clas *clas, clast_box *box);
+// Copies vertices by their numbers; false, and nothing copied, where a number is not below `position_count`.
+typedef bool (*clast_gather_kernel)(float *to, const float *positions, size_t position_count, const uint32_t *numbers,
+                                    uint32_t count);
+// Fits nodes, from the last to the first: what is below them within the range is fitted first.
+typedef void (*clast_refit_kernel)(clast_tree *tree, const clast_box *items, uint32_t begin, uint32_t end);
 typedef void (*clast_closest_kernel)(const clast_tlas *tlas, const clast_ray *rays, size_t count,
                                      const clast_hit_filter *filter, clast_hit *hits);
 typedef void (*clast_any_kernel)(const clast_tlas *tlas, const clast_ray *rays, size_t count,
@@ -204,6 +209,8 @@ typedef void (*clast_any_kernel)(const clast_tlas *tlas, const clast_ray *rays, 
 
 typedef struct clast_accel_kernels {
     clast_fit_kernel fit;
+    clast_gather_kernel gather;
+    clast_refit_kernel refit_nodes;
     clast_closest_kernel closest;
     clast_any_kernel any;
 } clast_accel_kernels;
@@ -212,6 +219,9 @@ const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa);
 
 #define CLAST_DECLARE_KERNELS(set) \
     void clast_fit_##set(clast_clas *clas, clast_box *box); \
+    bool clast_gather_##set(float *to, const float *positions, size_t position_count, const uint32_t *numbers, \
+                            uint32_t count); \
+    void clast_refit_nodes_##set(clast_tree *tree, const clast_box *items, uint32_t begin, uint32_t end); \
     void clast_closest_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, \
                              const clast_hit_filter *filter, clast_hit *hits); \
     void clast_any_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, \

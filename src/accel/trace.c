@@ -2,12 +2,19 @@
 // Rays, by the kernels of the context's instruction set.
 #include "accel/structures.h"
 
+#define KERNELS(set) \
+    {clast_fit_##set, clast_gather_##set, clast_refit_nodes_##set, clast_closest_##set, clast_any_##set}
+
 const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa)
 {
-    static const clast_accel_kernels plain = {clast_fit_plain, clast_closest_plain, clast_any_plain};
+    static const clast_accel_kernels plain = KERNELS(plain);
 #if defined(__x86_64__)
-    static const clast_accel_kernels sse42 = {clast_fit_sse42, clast_closest_sse42, clast_any_sse42};
-    static const clast_accel_kernels avx2 = {clast_fit_avx2, clast_closest_avx2, clast_any_avx2};
+    static const clast_accel_kernels sse42 = KERNELS(sse42);
+    static const clast_accel_kernels avx2 = KERNELS(avx2);
+    static const clast_accel_kernels avx512 = KERNELS(avx512);
+    if (isa == CLAST_ISA_AVX512) {
+        return &avx512;
+    }
     if (isa == CLAST_ISA_AVX2) {
         return &avx2;
     }

@@ -9,7 +9,7 @@
 
 #define CLAST_JOIN_(a, b) a##_##b
 #define CLAST_JOIN(a, b) CLAST_JOIN_(a, b)
-// CLAST_KERNEL_SUFFIX is plain, sse42 or avx2, from CMake.
+// CLAST_KERNEL_SUFFIX is plain, sse42, avx2 or avx512, from CMake.
 #define CLAST_KERNEL(name) CLAST_JOIN(name, CLAST_KERNEL_SUFFIX)
 
 // The best instruction set of this machine; CLAST_ISA_PLAIN where it is not an x86.

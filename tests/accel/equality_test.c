@@ -125,7 +125,7 @@ static void every_instruction_set_gives_the_same_hits(void **state)
     for (int filtered = 0; filtered < 2; filtered++) {
         clast_hit *expected = trace_in_context(CLAST_ISA_PLAIN, 1, rays, filtered);
         assert_non_null(expected);
-        for (int isa = CLAST_ISA_SSE42; isa <= CLAST_ISA_AVX2; isa++) {
+        for (int isa = CLAST_ISA_SSE42; isa <= CLAST_ISA_AVX512; isa++) {
             clast_hit *hits = trace_in_context((clast_isa)isa, 1, rays, filtered);
             if (hits != NULL) { // else the machine lacks it
                 assert_same_hits(expected, hits);

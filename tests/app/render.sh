@@ -14,7 +14,7 @@ for threads in 2 5; do
     works render $settings --threads $threads scene/scene.json other.exr
     same one.exr other.exr
 done
-for isa in plain sse4.2 avx2; do
+for isa in plain sse4.2 avx2 avx512; do
     # A machine without the instruction set says so.
     if "$CLAST" info --no-cook --quiet --isa $isa "$DATA/box.obj" 2>err.txt || ! grep -q 'lacks the instruction set' err.txt; then
         works render $settings --isa $isa scene/scene.json other.exr

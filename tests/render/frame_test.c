@@ -77,8 +77,8 @@ static void instruction_sets_do_not_change_a_bit(void **state)
 {
     (void)state;
     rendered plain = render_with(2, CLAST_ISA_PLAIN);
-    const clast_isa sets[] = {CLAST_ISA_SSE42, CLAST_ISA_AVX2};
-    for (int i = 0; i < 2; i++) {
+    const clast_isa sets[] = {CLAST_ISA_SSE42, CLAST_ISA_AVX2, CLAST_ISA_AVX512};
+    for (int i = 0; i < 3; i++) {
         rendered other = render_with(2, sets[i]);
         if (other.bytes != NULL) {
             check_same(plain, other);
