@@ -9,13 +9,10 @@
 #include <string.h>
 
 #include "accel/structures.h"
-#include "base/simd.h"
-#include "shared/box.h"
+#include "accel/quantise.h"
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
-
-enum { BYTE_MOST = 255 };
 
 typedef int16_t words8 __attribute__((vector_size(16)));
 typedef uint8_t bytes16 __attribute__((vector_size(16)));
@@ -23,12 +20,6 @@ typedef uint8_t bytes16 __attribute__((vector_size(16)));
 typedef struct extent {
     clast_floats4 lower, upper; // the fourth lanes are never looked at
 } extent;
-
-// How a cluster's coordinates become steps: (x - lower) * down towards zero, (x - lower) * up away from it. The product of
-// BOX_SHRINK or BOX_GROW and a power of two is exact; both ways round alike. The fourth lanes are zero.
-typedef struct steps {
-    clast_floats4 lower, down, up;
-} steps;
 
 CLAST_LANES extent extent_empty(void)
 {
@@ -50,29 +41,12 @@ CLAST_LANES bool is_sound(clast_floats4 v)
 
 // ------------------------------------------------------------------------------------------------------------- header
 
-CLAST_LANES clast_floats4 power_of_two4(clast_ints4 exponents)
-{
-    return (clast_floats4)(exponents << 23);
-}
-
-// box_exponent for three axes.
-CLAST_LANES clast_ints4 exponents_of(clast_floats4 size)
-{
-    const clast_ints4 least = {BOX_STEP_LEAST, BOX_STEP_LEAST, BOX_STEP_LEAST, BOX_STEP_LEAST};
-    clast_floats4 grown = size * splat4(BOX_GROW);
-    clast_ints4 exponents = ((clast_ints4)grown >> 23) - 7;
-    clast_ints4 large = exponents > least;
-    exponents = (large & exponents) | (~large & least);
-    return exponents - (splat4((float)BYTE_MOST) * power_of_two4(exponents) < grown); // true is -1
-}
-
 // Stores the box around a cluster, and what its blocks' boxes are based on.
-CLAST_LANES steps begin_boxes(clast_clas *clas, clast_box *box, extent all, uint32_t block_count)
+CLAST_LANES clast_steps begin_boxes(clast_clas *clas, clast_box *box, extent all, uint32_t block_count)
 {
     all.lower += splat4(0.0f);
     all.upper += splat4(0.0f);
-    clast_floats4 size = all.upper - all.lower;
-    clast_ints4 exponents = exponents_of(size);
+    clast_ints4 exponents = box_exponents4(all.upper - all.lower);
     memcpy(clas->lower, &all.lower, sizeof clas->lower);
     memcpy(&box->lower, &all.lower, sizeof box->lower);
     memcpy(&box->upper, &all.upper, sizeof box->upper);
@@ -80,11 +54,7 @@ CLAST_LANES steps begin_boxes(clast_clas *clas, clast_box *box, extent all, uint
         clas->exponents[axis] = (uint8_t)exponents[axis];
     }
     clas->block_count = (uint8_t)block_count;
-    exponents[3] = 0; // no float's: a power of zero
-    const clast_ints4 sum = {254, 254, 254, 0};
-    clast_floats4 inverse = power_of_two4(sum - exponents);
-    all.lower[3] = 0.0f;
-    return (steps){all.lower, inverse * splat4(BOX_SHRINK), inverse * splat4(BOX_GROW)};
+    return steps_from(all.lower, exponents);
 }
 
 // ----------------------------------------------------------------------------------------------------- unsound vertices
@@ -107,13 +77,13 @@ static extent sound_extent(const clast_block *block, const float *vertices)
     return e;
 }
 
-static void store_block(uint8_t group[3][2][CLUSTER_WIDTH], uint32_t lane, const extent *e, const steps *s)
+static void store_block(uint8_t group[3][2][CLUSTER_WIDTH], uint32_t lane, const extent *e, const clast_steps *s)
 {
     // A block without a sound triangle has no sides: a box inside out, as far as bytes go.
     bool empty = !(e->lower[0] <= e->upper[0]);
     for (int axis = 0; axis < 3; axis++) {
-        float down = empty ? (float)BYTE_MOST : floorf((e->lower[axis] - s->lower[axis]) * s->down[axis]);
-        float up = empty ? 0.0f : ceilf((e->upper[axis] - s->lower[axis]) * s->up[axis]);
+        float down = empty ? (float)STEPS_MOST : floorf((e->lower[axis] - s->base[axis]) * s->down[axis]);
+        float up = empty ? 0.0f : ceilf((e->upper[axis] - s->base[axis]) * s->up[axis]);
         group[axis][0][lane] = (uint8_t)down;
         group[axis][1][lane] = (uint8_t)up;
     }
@@ -141,7 +111,7 @@ static void fit_sound_triangles(clast_clas *clas, clast_box *box, const clast_te
         clas->block_count = 0;
         return;
     }
-    steps s = begin_boxes(clas, box, all, block_count);
+    clast_steps s = begin_boxes(clas, box, all, block_count);
     for (uint32_t i = 0; i < group_count_of(block_count) * CLUSTER_WIDTH; i++) {
         extent nothing = extent_empty();
         store_block(clas->groups[i / CLUSTER_WIDTH], i % CLUSTER_WIDTH, i < block_count ? &blocks[i] : &nothing, &s);
@@ -154,27 +124,11 @@ static void fit_sound_triangles(clast_clas *clas, clast_box *box, const clast_te
 
 // ------------------------------------------------------------------------------------------------------------- bounds
 
-// Three floats and another one, which must be there.
-CLAST_LANES clast_floats4 load_any4(const float *p)
-{
-    clast_floats4 v;
-    memcpy(&v, p, sizeof v);
-    return v;
-}
-
-CLAST_LANES clast_floats8 load_any8(const float *p)
-{
-    clast_floats8 v;
-    memcpy(&v, p, sizeof v);
-    return v;
-}
-
 // Eight vertices are three vectors, and the fourth of them begins anew with an x. This brings the four vertices of twelve
 // floats to lanes of their own.
 #define FOLD4(minimum, a, b, c) \
     minimum(minimum(a, __builtin_shufflevector(a, b, 3, 4, 5, 5)), \
             minimum(__builtin_shufflevector(b, c, 2, 3, 4, 4), __builtin_shufflevector(c, c, 1, 2, 3, 3)))
-#define HALF4(v, half) __builtin_shufflevector(v, v, 4 * (half), 4 * (half) + 1, 4 * (half) + 2, 4 * (half) + 3)
 
 // The box around vertices; false where one is not sound.
 static bool bounds_of(const float *vertices, uint32_t count, extent *bounds)
@@ -195,12 +149,12 @@ static bool bounds_of(const float *vertices, uint32_t count, extent *bounds)
         }
     }
     extent e;
-    clast_floats4 a = min4(HALF4(lower[0], 0), HALF4(lower[1], 1)), b = min4(HALF4(lower[0], 1), HALF4(lower[2], 0)),
-                  c = min4(HALF4(lower[1], 0), HALF4(lower[2], 1));
+    clast_floats4 a = min4(LOWER_HALF4(lower[0]), UPPER_HALF4(lower[1])), b = min4(UPPER_HALF4(lower[0]), LOWER_HALF4(lower[2])),
+                  c = min4(LOWER_HALF4(lower[1]), UPPER_HALF4(lower[2]));
     e.lower = FOLD4(min4, a, b, c);
-    a = max4(HALF4(upper[0], 0), HALF4(upper[1], 1));
-    b = max4(HALF4(upper[0], 1), HALF4(upper[2], 0));
-    c = max4(HALF4(upper[1], 0), HALF4(upper[2], 1));
+    a = max4(LOWER_HALF4(upper[0]), UPPER_HALF4(upper[1]));
+    b = max4(UPPER_HALF4(upper[0]), LOWER_HALF4(upper[2]));
+    c = max4(LOWER_HALF4(upper[1]), UPPER_HALF4(upper[2]));
     e.upper = FOLD4(max4, a, b, c);
     bool ordered = bits8(unordered) == 0;
     for (; i < count; i++) {
@@ -215,29 +169,23 @@ static bool bounds_of(const float *vertices, uint32_t count, extent *bounds)
 // ------------------------------------------------------------------------------------------------------------- records
 
 // A vertex as words: for each axis the steps down, then 255 minus the steps up.
-CLAST_LANES clast_ints8 record_pair(clast_floats8 v, clast_floats8 lower, clast_floats8 down, clast_floats8 up)
+CLAST_LANES clast_ints8 record_pair(clast_floats8 v, clast_floats8 base, clast_floats8 down, clast_floats8 up)
 {
-    clast_floats8 away = v - lower, upwards = away * up;
-    clast_ints8 low = __builtin_convertvector(away * down, clast_ints8);
-    clast_ints8 high = __builtin_convertvector(upwards, clast_ints8);
-    high -= __builtin_convertvector(high, clast_floats8) < upwards;
-    return low | (BYTE_MOST - high) << 16;
+    return steps_down8(v - base, down) | (STEPS_MOST - steps_up8(v - base, up)) << 16;
 }
 
-#define JOIN4(a, b) __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7)
-
-static void make_records(const float *vertices, uint32_t count, const steps *s, words8 records[TEMPLATE_VERTICES])
+static void make_records(const float *vertices, uint32_t count, const clast_steps *s, words8 records[TEMPLATE_VERTICES])
 {
-    clast_floats8 lower = JOIN4(s->lower, s->lower), down = JOIN4(s->down, s->down), up = JOIN4(s->up, s->up);
+    clast_floats8 base = JOIN4(s->base, s->base), down = JOIN4(s->down, s->down), up = JOIN4(s->up, s->up);
     uint32_t i = 0;
     for (; i + 3 <= count; i += 2) { // what is read beyond the second is the third's
         clast_floats8 v = JOIN4(load_any4(vertices + 3 * i), load_any4(vertices + 3 * i + 3));
-        clast_ints8 pair = record_pair(v, lower, down, up);
+        clast_ints8 pair = record_pair(v, base, down, up);
         memcpy(&records[i], &pair, sizeof pair);
     }
     for (; i < count; i++) {
         clast_floats4 v = load_three4(vertices + 3 * i);
-        clast_ints8 pair = record_pair(JOIN4(v, v), lower, down, up);
+        clast_ints8 pair = record_pair(JOIN4(v, v), base, down, up);
         memcpy(&records[i], &pair, sizeof records[i]);
     }
 }
@@ -317,13 +265,13 @@ void CLAST_KERNEL(clast_fit)(clast_clas *clas, clast_box *box)
     }
     words8 records[TEMPLATE_VERTICES], blocks[TEMPLATE_BLOCKS];
     uint32_t block_count = topology->block_count, group_count = group_count_of(block_count);
-    steps s = begin_boxes(clas, box, all, block_count);
+    clast_steps s = begin_boxes(clas, box, all, block_count);
     make_records(vertices, topology->vertex_count, &s, records);
     for (uint32_t i = 0; i < block_count; i++) {
         blocks[i] = block_record(&topology->blocks[i], records);
     }
     for (uint32_t i = block_count; i < group_count * CLUSTER_WIDTH; i++) {
-        blocks[i] = (words8){BYTE_MOST, BYTE_MOST, BYTE_MOST, BYTE_MOST, BYTE_MOST, BYTE_MOST, 0, 0}; // inside out
+        blocks[i] = (words8){STEPS_MOST, STEPS_MOST, STEPS_MOST, STEPS_MOST, STEPS_MOST, STEPS_MOST, 0, 0}; // inside out
     }
     for (uint32_t i = 0; i < group_count; i++) {
         store_group(clas->groups[i], &blocks[i * CLUSTER_WIDTH]);

@@ -216,9 +216,9 @@ static void fit_bytes(clast_clas *clas, clast_box *box, const clast_template *to
         fit_sound_triangles(clas, box, topology, vertices);
         return;
     }
-    steps s = begin_boxes(clas, box, all, block_count);
+    clast_steps s = begin_boxes(clas, box, all, block_count);
     steps_wide wide;
-    spread_axes(s.lower, wide.lower);
+    spread_axes(s.base, wide.lower);
     spread_axes(s.down, wide.down);
     spread_axes(s.up, wide.up);
     byte_tables tables;

@@ -160,6 +160,7 @@ struct clast_blas {
     clast_context *context;
     clast_reserve reserve;
     clast_tree tree;
+    size_t mapped_bytes; // of the block that it was mapped from, and which it must not change; else zero
 };
 
 // An instance.

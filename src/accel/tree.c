@@ -15,20 +15,9 @@ enum {
     BINS = 16,
     SUBTREE_ITEMS = 1024, // ranges of fewer items are built whole by one thread
     MOST_SUBTREES = 4096,
-    REFIT_GRAIN = 128,
     GATHER_GRAIN = 2048,
     ROOTS = TREE_WIDTH + 1, // costs are kept for 1 to 8 roots, by number
 };
-
-clast_box clast_box_empty(void)
-{
-    return (clast_box){{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
-}
-
-bool clast_box_is_empty(const clast_box *box)
-{
-    return !(box->lower.v[0] <= box->upper.v[0]);
-}
 
 static void box_include(clast_box *to, const clast_box *box)
 {
@@ -509,68 +498,6 @@ clast_status clast_tree_build(clast_context *context, clast_tree *tree, const cl
         tree->level_count = 0;
     }
     return status;
-}
-
-// -------------------------------------------------------------------------------------------------------------- refit
-
-typedef struct refit_job {
-    clast_tree *tree;
-    const clast_box *boxes;
-    uint32_t first; // of the level
-} refit_job;
-
-static void quantise_child(clast_node *node, uint32_t lane, const clast_box *box)
-{
-    for (int axis = 0; axis < 3; axis++) {
-        uint8_t *lower = &node->boxes[axis][0][lane], *upper = &node->boxes[axis][1][lane];
-        if (clast_box_is_empty(box)) { // may still be visited: what is below hits nothing
-            *lower = 255;
-            *upper = 0;
-        } else {
-            *lower = (uint8_t)box_quantise_down(box->lower.v[axis], node->lower[axis], node->exponents[axis]);
-            *upper = (uint8_t)box_quantise_up(box->upper.v[axis], node->lower[axis], node->exponents[axis]);
-        }
-    }
-}
-
-void clast_tree_refit_node(clast_tree *tree, const clast_box *items, uint32_t number)
-{
-    clast_node *node = &tree->nodes[number];
-    clast_box boxes[TREE_WIDTH];
-    clast_box whole = clast_box_empty();
-    for (uint32_t i = 0; i < node->child_count; i++) {
-        uint32_t child = node->children[i];
-        boxes[i] = (child & CLAST_CHILD_ITEM) != 0 ? items[child & ~CLAST_CHILD_ITEM] : tree->boxes[child];
-        box_include(&whole, &boxes[i]);
-    }
-    tree->boxes[number] = whole;
-    bool empty = clast_box_is_empty(&whole);
-    for (int axis = 0; axis < 3; axis++) {
-        node->lower[axis] = empty ? 0.0f : whole.lower.v[axis];
-        node->exponents[axis] = (uint8_t)(empty ? BOX_STEP_LEAST
-                                                : box_exponent(whole.upper.v[axis] - whole.lower.v[axis]));
-    }
-    for (uint32_t i = 0; i < node->child_count; i++) {
-        quantise_child(node, i, &boxes[i]);
-    }
-}
-
-static void refit_range(void *data, size_t begin, size_t end, uint32_t worker)
-{
-    (void)worker;
-    refit_job *job = data;
-    for (size_t i = begin; i < end; i++) {
-        clast_tree_refit_node(job->tree, job->boxes, job->first + (uint32_t)i);
-    }
-}
-
-void clast_tree_refit(clast_context *context, clast_tree *tree, const clast_box *boxes)
-{
-    refit_job job = {tree, boxes, 0};
-    for (uint32_t level = tree->level_count; level-- > 0;) {
-        job.first = tree->levels[level];
-        clast_parallel_for(context, tree->levels[level + 1] - job.first, REFIT_GRAIN, refit_range, &job);
-    }
 }
 
 void clast_tree_free(clast_context *context, clast_tree *tree)
