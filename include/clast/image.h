@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-/** Reads PNG (8, 16 bit), JPEG, Radiance HDR, PFM or EXR; the type is told by the contents. Fills `image`, whose pixels are freed by
+/** Reads PNG (8, 16 bit), JPEG, Radiance HDR, PFM, EXR or DDS (BC1 to BC7, and uncompressed); the type is told by the contents. Fills `image`, whose pixels are freed by
  *  clast_image_free. Errors: FILE_NOT_FOUND, FILE_READ, MALFORMED, UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
 CLAST_API clast_status clast_image_read(clast_context *context, const char *path, clast_image *image);
 CLAST_API void clast_image_free(clast_context *context, clast_image *image);

@@ -63,6 +63,9 @@ clast_status clast_decode_image(clast_context *context, const char *name, const 
     if (clast_bytes_begin_with(bytes, "\x76\x2f\x31\x01")) {
         return clast_exr_decode(context, name, bytes, image);
     }
+    if (clast_bytes_begin_with(bytes, "DDS ")) {
+        return clast_dds_decode(context, name, bytes, image);
+    }
     if (clast_bytes_begin_with(bytes, "PF") || clast_bytes_begin_with(bytes, "Pf")) {
         return clast_pfm_decode(context, name, bytes, image);
     }
@@ -70,7 +73,7 @@ clast_status clast_decode_image(clast_context *context, const char *name, const 
         return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: the file is empty: expected an image", name);
     }
     return clast_fail(context, CLAST_ERROR_UNSUPPORTED,
-                      "%s: not an image that clast reads: expected PNG, JPEG, Radiance HDR, EXR or PFM", name);
+                      "%s: not an image that clast reads: expected PNG, JPEG, Radiance HDR, EXR, PFM or DDS", name);
 }
 
 clast_status clast_image_read(clast_context *context, const char *path, clast_image *image)

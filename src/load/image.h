@@ -28,6 +28,7 @@ clast_status clast_png_decode(clast_context *context, const char *name, clast_by
 clast_status clast_jpeg_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_hdr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_pfm_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_dds_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_exr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 
 // Each writes what its format can hold (the caller has checked) and leaves failures in output->status.

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// DDS files (Microsoft, DDS File Layout; the header of Direct3D 9 and that of Direct3D 10): the largest level of a plane
+// texture.
+#include <string.h>
+
+#include "load/texel.h"
+
+enum {
+    MAGIC_SIZE = 4,
+    HEADER_SIZE = 124,
+    NEWER_HEADER_SIZE = 20,
+    FORMAT_SIZE = 32,
+    // flags of the pixel format
+    HAS_ALPHA = 0x1,
+    ONLY_ALPHA = 0x2,
+    HAS_CODE = 0x4,
+    HAS_COLOURS = 0x40,
+    HAS_LUMINANCE = 0x20000,
+    HAS_DIFFERENCES = 0x80000, // signed
+    // flags of what it is
+    IS_CUBE = 0x200,
+    IS_VOLUME = 0x200000,
+    NEWER_IS_CUBE = 0x4,
+    DIMENSION_2 = 3,
+};
+
+static uint32_t load_word(const unsigned char *at)
+{
+    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+}
+
+// The parts of the older header that matter.
+typedef struct dds_header {
+    uint32_t height, width;
+    uint32_t flags, code, bits, masks[4]; // of the pixel format
+    uint32_t caps;
+} dds_header;
+
+static void read_header(const unsigned char *at, dds_header *header)
+{
+    const unsigned char *format = at + 72;
+    *header = (dds_header){.height = load_word(at + 8), .width = load_word(at + 12), .caps = load_word(at + 108)};
+    header->flags = load_word(format + 4);
+    header->code = load_word(format + 8);
+    header->bits = load_word(format + 12);
+    for (uint32_t i = 0; i < 4; i++) {
+        header->masks[i] = load_word(format + 16 + 4 * i);
+    }
+}
+
+// Codes of four letters, and numbers that Direct3D 9 used for codes, as formats of DXGI.
+static bool format_of_code(uint32_t code, clast_texel_format *format)
+{
+    static const struct {
+        char letters[5];
+        uint8_t dxgi;
+        bool is_premultiplied;
+    } lettered[] = {
+        {"DXT1", 71, false}, {"DXT2", 74, true},  {"DXT3", 74, false}, {"DXT4", 77, true},
+        {"DXT5", 77, false}, {"ATI1", 80, false}, {"BC4U", 80, false}, {"BC4S", 81, false},
+        {"ATI2", 83, false}, {"BC5U", 83, false}, {"BC5S", 84, false},
+    };
+    static const uint8_t numbered[][2] = {{36, 11},  {110, 13}, {111, 54}, {112, 34},
+                                          {113, 10}, {114, 41}, {115, 16}, {116, 2}};
+    for (size_t i = 0; i < sizeof lettered / sizeof *lettered; i++) {
+        if (load_word((const unsigned char *)lettered[i].letters) == code) {
+            bool found = clast_texel_of_dxgi(lettered[i].dxgi, format);
+            format->is_premultiplied = lettered[i].is_premultiplied;
+            return found;
+        }
+    }
+    for (size_t i = 0; i < sizeof numbered / sizeof *numbered; i++) {
+        if (numbered[i][0] == code) {
+            return clast_texel_of_dxgi(numbered[i][1], format);
+        }
+    }
+    return false;
+}
+
+// A channel's mask, of bits in one run.
+static bool read_mask(uint32_t mask, uint32_t bits, clast_texel_format *format, uint32_t channel)
+{
+    if (mask == 0) {
+        return true;
+    }
+    uint32_t offset = (uint32_t)__builtin_ctz(mask), length = (uint32_t)__builtin_popcount(mask);
+    format->channels[channel].offset = (uint8_t)offset;
+    format->channels[channel].bits = (uint8_t)length;
+    return length <= 16 && offset + length <= bits && (uint64_t)mask >> offset == ((uint64_t)1 << length) - 1;
+}
+
+static bool format_of_masks(const dds_header *header, clast_texel_format *format)
+{
+    *format = (clast_texel_format){.kind = header->flags & HAS_DIFFERENCES ? CLAST_TEXEL_SNORM : CLAST_TEXEL_UNORM,
+                                   .size = header->bits / 8};
+    bool has_colours = (header->flags & (HAS_COLOURS | HAS_LUMINANCE | HAS_DIFFERENCES)) != 0;
+    bool has_alpha = (header->flags & (HAS_ALPHA | ONLY_ALPHA)) != 0 ||
+                     ((header->flags & HAS_DIFFERENCES) != 0 && header->masks[3] != 0);
+    if (header->bits == 0 || header->bits > 32 || header->bits % 8 != 0 || !(has_colours || has_alpha)) {
+        return false;
+    }
+    uint32_t colours = header->flags & HAS_LUMINANCE ? 1 : 3;
+    for (uint32_t i = 0; has_colours && i < colours; i++) {
+        if (!read_mask(header->masks[i], header->bits, format, i)) {
+            return false;
+        }
+    }
+    return (!has_alpha || read_mask(header->masks[3], header->bits, format, CLAST_TEXEL_ALPHA)) &&
+           (format->channels[CLAST_TEXEL_RED].bits != 0 || format->channels[CLAST_TEXEL_ALPHA].bits != 0);
+}
+
+static void write_code(uint32_t code, char text[5])
+{
+    for (uint32_t i = 0; i < 4; i++) {
+        char c = (char)(code >> (8 * i));
+        text[i] = c >= ' ' && c <= '~' ? c : '?';
+    }
+    text[4] = '\0';
+}
+
+static clast_status find_format(clast_context *context, const char *name, const dds_header *header,
+                                const unsigned char *newer, clast_texel_format *format)
+{
+    char code[5];
+    write_code(header->code, code);
+    if (newer != NULL) {
+        if (load_word(newer + 4) != DIMENSION_2 || (load_word(newer + 8) & NEWER_IS_CUBE) != 0 ||
+            load_word(newer + 12) > 1) {
+            return clast_fail(context, CLAST_ERROR_UNSUPPORTED,
+                              "%s: an array, a cube or a volume: expected one plane image", name);
+        }
+        return clast_texel_of_dxgi(load_word(newer), format)
+                   ? CLAST_OK
+                   : clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: pixels of the DXGI format %u are not read", name,
+                                load_word(newer));
+    }
+    if ((header->caps & (IS_CUBE | IS_VOLUME)) != 0) {
+        return clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: a cube or a volume: expected one plane image", name);
+    }
+    if ((header->flags & HAS_CODE) != 0) {
+        return format_of_code(header->code, format)
+                   ? CLAST_OK
+                   : clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: pixels of the code \"%s\" (%u) are not read",
+                                name, code, header->code);
+    }
+    return format_of_masks(header, format)
+               ? CLAST_OK
+               : clast_fail(context, CLAST_ERROR_UNSUPPORTED,
+                            "%s: pixels of %u bits with the masks %x, %x, %x and %x are not read", name, header->bits,
+                            header->masks[0], header->masks[1], header->masks[2], header->masks[3]);
+}
+
+clast_status clast_dds_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
+{
+    clast_bytes pixels;
+    dds_header header;
+    if (bytes.size < MAGIC_SIZE + HEADER_SIZE || load_word(bytes.data + MAGIC_SIZE) != HEADER_SIZE ||
+        load_word(bytes.data + MAGIC_SIZE + 72) != FORMAT_SIZE) {
+        return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: expected a DDS header of %d bytes", name, HEADER_SIZE);
+    }
+    read_header(bytes.data + MAGIC_SIZE, &header);
+    const unsigned char *newer = NULL;
+    uint64_t begin = MAGIC_SIZE + HEADER_SIZE;
+    if ((header.flags & HAS_CODE) != 0 && header.code == load_word((const unsigned char *)"DX10")) {
+        newer = bytes.data + begin;
+        begin += NEWER_HEADER_SIZE;
+    }
+    if (bytes.size < begin || !clast_bytes_slice(bytes, begin, bytes.size - begin, &pixels)) {
+        return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: expected a DDS header of Direct3D 10", name);
+    }
+    clast_texel_format format;
+    clast_status status = find_format(context, name, &header, newer, &format);
+    return status == CLAST_OK ? clast_texel_decode(context, name, &format, pixels, header.width, header.height, image)
+                              : status;
+}
