@@ -123,7 +123,7 @@ static void what_is_no_image_is_refused(void **state)
 {
     fixture *f = *state;
     ASSERT_REFUSED(f, "", CLAST_ERROR_MALFORMED, "empty");
-    ASSERT_REFUSED(f, "GIF89a", CLAST_ERROR_UNSUPPORTED, "expected PNG, JPEG, Radiance HDR, EXR or PFM");
+    ASSERT_REFUSED(f, "GIF89a", CLAST_ERROR_UNSUPPORTED, "expected PNG, JPEG, Radiance HDR, EXR, PFM or DDS");
     clast_image image;
     assert_int_equal(clast_image_read(f->context, "nowhere.png", &image), CLAST_ERROR_FILE_NOT_FOUND);
 }
