@@ -19,6 +19,9 @@ package_is_there() {
     libembree-dev) ls /usr/include/embree*/rtcore.h || ls /usr/local/include/embree*/rtcore.h ;;
     glslang-tools) command -v glslangValidator ;;
     spirv-tools) command -v spirv-dis ;;
+    gcc-aarch64-linux-gnu) command -v aarch64-linux-gnu-gcc ;;
+    g++-aarch64-linux-gnu) command -v aarch64-linux-gnu-g++ ;;
+    qemu-user) command -v qemu-aarch64 ;;
     *) dpkg-query -W -f '${Status}' "$1" | grep 'install ok installed' ;;
     esac >/dev/null 2>&1
 }
