@@ -5,13 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/utsname.h>
+#include <time.h>
 
 #include "base/thread.h"
 #include "clast/clast.h"
 
+static bool processor_time; // --cpu-time
+
 static void usage(const char *name)
 {
-    fprintf(stderr, "usage: bench_%s [--json] [--quick] [--threads N] [--triangles N]\n", name);
+    fprintf(stderr, "usage: bench_%s [--json] [--quick] [--threads N] [--triangles N] [--only TEXT] [--cpu-time]\n", name);
     exit(2);
 }
 
@@ -37,11 +40,23 @@ void bench_begin(bench *b, const char *name, int count, char **arguments)
             b->options.threads = read_number(name, arguments[++i]);
         } else if (strcmp(arguments[i], "--triangles") == 0 && i + 1 < count) {
             b->options.triangles = read_number(name, arguments[++i]);
+        } else if (strcmp(arguments[i], "--only") == 0 && i + 1 < count) {
+            b->options.only = arguments[++i];
+        } else if (strcmp(arguments[i], "--cpu-time") == 0) {
+            processor_time = true;
         } else {
             usage(name);
         }
     }
+    if (processor_time) {
+        b->options.threads = 1;
+    }
     b->options.repetitions = b->options.quick ? 3 : 7;
+}
+
+bool bench_wants(const bench *b, const char *workload)
+{
+    return b->options.only == NULL || strstr(workload, b->options.only) != NULL;
 }
 
 static double ratio_of(const bench_row *row)
@@ -132,6 +147,10 @@ int bench_end(bench *b)
 
 double bench_seconds(void)
 {
+    struct timespec spent;
+    if (processor_time && clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent) == 0) {
+        return (double)spent.tv_sec + 1e-9 * (double)spent.tv_nsec;
+    }
     return clast_clock();
 }
 

@@ -12,13 +12,15 @@
 
 enum { BENCH_REPETITIONS_MOST = 31, BENCH_NAME_SIZE = 64 };
 
-// --json, --quick, --threads N (0: each of 1 and 2), --triangles N (0: the benchmark's own sizes)
+// --json, --quick, --threads N (0: each of 1 and 2), --triangles N (0: the benchmark's own sizes), --only TEXT (workloads
+// whose names have it). --cpu-time, for machines that do other things too: the processor's time, on one thread.
 typedef struct bench_options {
     bool json;
     bool quick;
     uint32_t threads;
     uint32_t triangles;
     uint32_t repetitions;
+    const char *only; // null: all
 } bench_options;
 
 // A line of results. `ratio` is made from the values: more than 1 means that clast is better.
@@ -30,7 +32,7 @@ typedef struct bench_row {
     const char *unit;
     bool less_is_better;
     double clast;
-    const char *peer;
+    char peer[BENCH_NAME_SIZE];
     double peer_value;
 } bench_row;
 
@@ -47,6 +49,9 @@ void bench_begin(bench *b, const char *name, int count, char **arguments);
 void bench_add(bench *b, bench_row row);
 // Prints the object where --json is given, frees all, and gives the exit status.
 int bench_end(bench *b);
+
+// Whether a workload is to be measured.
+bool bench_wants(const bench *b, const char *workload);
 
 double bench_seconds(void);
 
