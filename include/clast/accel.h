@@ -180,6 +180,21 @@ CLAST_API clast_status clast_blas_refit(clast_blas *blas);
 CLAST_API void clast_blas_bounds(const clast_blas *blas, float lower[3], float upper[3]);
 CLAST_API uint64_t clast_blas_bytes(const clast_blas *blas);
 
+/** Writes a BLAS, with its clusters and their vertices, as one block that can be stored, and used again wherever it lies: to the
+ *  caller's memory, aligned to 64 bytes, of `size` bytes. Gives how many it takes in `*needed`; `memory` null asks for no more.
+ *  Clusters are numbered anew, from zero, in the order of their slots: a BLAS over slots 0 to n - 1 keeps their numbers. Vertices
+ *  should be those that the boxes were last fitted to. The same BLAS gives the same bytes.
+ *  INVALID_ARGUMENT where the memory is too small or not aligned; OUT_OF_MEMORY. */
+CLAST_API clast_status clast_blas_serialise(const clast_blas *blas, void *memory, size_t size, uint64_t *needed);
+/** Makes a BLAS that uses such a block in place: nothing is copied, the block is never written to, and must stay until the BLAS is
+ *  destroyed. It must be aligned to 64 bytes, as a mapped file is. Whatever the bytes are, rays read nothing outside the block and
+ *  come to an end; with `checksum`, changes to what decides hits are found too, at the cost of reading all bytes. It is for
+ *  machines of the same byte order and this version of the format. Such a BLAS cannot be built or refitted: STATE.
+ *  MALFORMED where the block is not what was written; UNSUPPORTED where the version or the byte order is another;
+ *  INVALID_ARGUMENT, OUT_OF_MEMORY. */
+CLAST_API clast_status clast_blas_map(clast_context *context, const void *memory, size_t size, bool checksum,
+                                      clast_blas **blas);
+
 /* ------------------------------------------------------------------------------------------------------------- TLAS */
 
 typedef struct clast_tlas clast_tlas;

@@ -38,12 +38,24 @@ uint64_t clast_blas_memory(size_t count)
     return arena.used + clast_tree_scratch(count);
 }
 
-clast_status clast_blas_reserve(clast_blas *blas, size_t count)
+// A BLAS that was mapped stays as it is.
+static clast_status check_editable(const clast_blas *blas)
 {
     if (blas == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
-    clast_status status = clast_reserve_fit(blas->context, &blas->reserve, clast_blas_memory(count));
+    return blas->mapped_bytes == 0
+               ? CLAST_OK
+               : clast_fail(blas->context, CLAST_ERROR_STATE, "a BLAS that was mapped is only read");
+}
+
+clast_status clast_blas_reserve(clast_blas *blas, size_t count)
+{
+    clast_status status = check_editable(blas);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    status = clast_reserve_fit(blas->context, &blas->reserve, clast_blas_memory(count));
     if (status == CLAST_OK) {
         clast_tree_free(blas->context, &blas->tree);
     }
@@ -52,10 +64,11 @@ clast_status clast_blas_reserve(clast_blas *blas, size_t count)
 
 clast_status clast_blas_use_memory(clast_blas *blas, void *memory, size_t bytes)
 {
-    if (blas == NULL) {
-        return CLAST_ERROR_INVALID_ARGUMENT;
+    clast_status status = check_editable(blas);
+    if (status != CLAST_OK) {
+        return status;
     }
-    clast_status status = clast_reserve_borrow(blas->context, &blas->reserve, memory, bytes);
+    status = clast_reserve_borrow(blas->context, &blas->reserve, memory, bytes);
     if (status == CLAST_OK) {
         clast_tree_free(blas->context, &blas->tree);
     }
@@ -81,8 +94,9 @@ static clast_status make_room(clast_blas *blas, size_t count, clast_arena *arena
 
 clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t count, clast_build build)
 {
-    if (blas == NULL) {
-        return CLAST_ERROR_INVALID_ARGUMENT;
+    clast_status status = check_editable(blas);
+    if (status != CLAST_OK) {
+        return status;
     }
     if (count >= CLAST_CHILD_ITEM || (slots == NULL && count > blas->pool->count)) {
         return clast_fail(blas->context, CLAST_ERROR_INVALID_ARGUMENT, "a BLAS over %zu clusters; the pool has %zu",
@@ -96,7 +110,7 @@ clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t co
     }
     clast_arena arena;
     void *temporary;
-    clast_status status = make_room(blas, count, &arena, &temporary);
+    status = make_room(blas, count, &arena, &temporary);
     if (status == CLAST_OK) {
         status = clast_tree_build(blas->context, &blas->tree, blas->pool->boxes, slots, count, build, &arena);
     }
@@ -109,8 +123,9 @@ clast_status clast_blas_build(clast_blas *blas, const uint32_t *slots, size_t co
 
 clast_status clast_blas_refit(clast_blas *blas)
 {
-    if (blas == NULL) {
-        return CLAST_ERROR_INVALID_ARGUMENT;
+    clast_status status = check_editable(blas);
+    if (status != CLAST_OK) {
+        return status;
     }
     clast_tree_refit(blas->context, &blas->tree, blas->pool->boxes);
     return CLAST_OK;
@@ -127,6 +142,9 @@ uint64_t clast_blas_bytes(const clast_blas *blas)
 {
     if (blas == NULL) {
         return 0;
+    }
+    if (blas->mapped_bytes != 0) {
+        return sizeof *blas + sizeof *blas->pool + blas->mapped_bytes;
     }
     return sizeof *blas + (blas->reserve.memory != NULL ? blas->reserve.bytes : clast_tree_bytes(&blas->tree));
 }
