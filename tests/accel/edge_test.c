@@ -27,6 +27,36 @@ static void stage_end(stage *s)
     clustered_free(&s->c);
 }
 
+enum { BATCH = 37 };
+
+// The same among other rays: like it, broken, and its copies.
+static void trace_in_batch(const clast_tlas *tlas, clast_ray ray, const clast_hit *expected)
+{
+    static uint32_t turn;
+    uint32_t place = turn++ % BATCH;
+    clast_ray rays[BATCH];
+    clast_hit hits[BATCH];
+    uint8_t occluded[BATCH];
+    for (uint32_t i = 0; i < BATCH; i++) {
+        rays[i] = ray;
+        if (i % 3 == 1 && i != place) {
+            rays[i].direction[i % 2] += 0.01f * (float)i;
+        } else if (i % 5 == 2 && i != place) {
+            rays[i].origin[i % 3] = NAN;
+        }
+    }
+    clast_trace_closest(tlas, rays, BATCH, NULL, hits);
+    clast_trace_any(tlas, rays, BATCH, NULL, occluded);
+    const clast_hit *hit = &hits[place];
+    assert_int_equal(hit->instance, expected->instance);
+    assert_int_equal(occluded[place], expected->instance != CLAST_NONE);
+    if (hit->instance != CLAST_NONE) {
+        assert_true(hit->t == expected->t && hit->u == expected->u && hit->v == expected->v);
+        assert_int_equal(hit->cluster, expected->cluster);
+        assert_int_equal(hit->triangle, expected->triangle);
+    }
+}
+
 static clast_hit trace(const clast_tlas *tlas, clast_ray ray)
 {
     clast_hit hit;
@@ -34,6 +64,7 @@ static clast_hit trace(const clast_tlas *tlas, clast_ray ray)
     clast_trace_closest(tlas, &ray, 1, NULL, &hit);
     clast_trace_any(tlas, &ray, 1, NULL, &occluded);
     assert_int_equal(occluded, hit.instance != CLAST_NONE);
+    trace_in_batch(tlas, ray, &hit);
     return hit;
 }
 
@@ -325,6 +356,76 @@ static void denormal_and_huge_coordinates_neither_hang_nor_invent_hits(void **st
     }
 }
 
+// One cluster with triangles of all sizes: the small ones are lost in its boxes, and must be found nevertheless.
+static void sizes_mixed_in_one_cluster_are_all_hit(void **state)
+{
+    mesh m = mesh_of(3 * 41, 41);
+    for (uint32_t i = 0; i < 41; i++) { // in the planes z = 1e-20 to 1e20, one behind the other
+        float size = powf(10.0f, (float)i - 20.0f);
+        const float corners[9] = {-size, -size, size, size, -size, size, 0, size, size};
+        memcpy(m.positions + 9 * (size_t)i, corners, sizeof corners);
+        for (uint32_t k = 0; k < 3; k++) {
+            m.indices[3 * i + k] = 3 * i + k;
+        }
+    }
+    stage s = stage_of(*state, &m);
+    for (uint32_t i = 0; i < 41; i++) {
+        float size = powf(10.0f, (float)i - 20.0f);
+        clast_ray ray = {{0.9f * size, -0.95f * size, -size}, 0, {0, 0, 1}, INFINITY}; // passes those before
+        clast_hit hit = trace(s.tlas, ray);
+        assert_int_equal(hit.instance, 5);
+        if (hit.triangle != i) { // which of those is hit that are nothing beside the whole, is within the bound
+            assert_true(size < 0x1p-19f * 1e20f && powf(10.0f, (float)hit.triangle - 20.0f) < 0x1p-19f * 1e20f);
+        }
+    }
+    stage_end(&s);
+    mesh_free(&m);
+}
+
+static void clusters_without_extent_are_not_hit(void **state)
+{
+    for (uint32_t kind = 0; kind < 2; kind++) { // a point; a line along an axis
+        mesh m = mesh_terrain(8, 0.0f, 1);
+        for (uint32_t i = 0; i < m.vertex_count; i++) {
+            m.positions[3 * i + 1] = 0.5f;
+            m.positions[3 * i + 2] = 0.25f;
+            if (kind == 0) {
+                m.positions[3 * i] = 0.5f;
+            }
+        }
+        stage s = stage_of(*state, &m);
+        randoms r = {8};
+        for (uint32_t i = 0; i < 1000; i++) {
+            float x = random_between(&r, -0.5f, 1.5f);
+            assert_int_equal(trace(s.tlas, ray_along_z(i % 2 == 0 ? 0.5f : x, 0.5f)).instance, CLAST_NONE);
+            clast_ray ray = {{-1, 0.5f, 0.25f}, 0, {1, 0, 0}, INFINITY};
+            ray.direction[i % 3] += i % 4 == 0 ? 1e-8f : 0.0f;
+            assert_int_equal(trace(s.tlas, ray).instance, CLAST_NONE);
+        }
+        stage_end(&s);
+        mesh_free(&m);
+    }
+}
+
+static void directions_almost_along_an_axis_are_hit(void **state)
+{
+    mesh m = mesh_octasphere(3);
+    stage s = stage_of(*state, &m);
+    for (int e = -149; e <= 0; e++) {
+        for (int axis = 0; axis < 3; axis++) {
+            clast_ray ray = {.t_max = INFINITY};
+            ray.direction[axis] = 1.0f;
+            ray.direction[(axis + 1) % 3] = ldexpf(1.0f, e);
+            ray.direction[(axis + 2) % 3] = -ldexpf(1.0f, e / 2);
+            assert_int_equal(trace(s.tlas, ray).instance, 5);
+            ray.direction[(axis + 2) % 3] = -0.0f;
+            assert_int_equal(trace(s.tlas, ray).instance, 5);
+        }
+    }
+    stage_end(&s);
+    mesh_free(&m);
+}
+
 static void transforms_that_cannot_be_inverted_hide_the_instance(void **state)
 {
     clast_context *context = *state;
@@ -371,9 +472,10 @@ static void wrong_arguments_are_refused(void **state)
     assert_int_equal(clast_clas_refit(s.c.pool, 0, 2), CLAST_ERROR_INVALID_ARGUMENT);
     assert_int_equal(clast_blas_build(s.c.blas, slots, 2, CLAST_BUILD_BEST), CLAST_ERROR_INVALID_ARGUMENT);
     assert_int_equal(clast_blas_build(s.c.blas, NULL, 2, CLAST_BUILD_BEST), CLAST_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(trace(s.tlas, ray_along_z(0.1f, 0.1f)).instance, 5); // all is as before
     clast_tlas_instance instance = instance_of(s.c.blas, CLAST_NONE);
     assert_int_equal(clast_tlas_build(s.tlas, &instance, 1, CLAST_BUILD_BEST), CLAST_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(trace(s.tlas, ray_along_z(0.1f, 0.1f)).instance, 5); // all is as before
+    assert_int_equal(trace(s.tlas, ray_along_z(0.1f, 0.1f)).instance, CLAST_NONE); // empty, where that fails
     stage_end(&s);
     mesh_free(&m);
 }
@@ -421,6 +523,9 @@ int main(void)
         CONTEXT_TEST(flat_boxes_are_hit),
         CONTEXT_TEST(sizes_from_1e_20_to_1e20_give_the_same_hits),
         CONTEXT_TEST(denormal_and_huge_coordinates_neither_hang_nor_invent_hits),
+        CONTEXT_TEST(sizes_mixed_in_one_cluster_are_all_hit),
+        CONTEXT_TEST(clusters_without_extent_are_not_hit),
+        CONTEXT_TEST(directions_almost_along_an_axis_are_hit),
         CONTEXT_TEST(transforms_that_cannot_be_inverted_hide_the_instance),
         CONTEXT_TEST(wrong_arguments_are_refused),
         CONTEXT_TEST(deep_trees_do_not_overflow_the_stack),
