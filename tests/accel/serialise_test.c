@@ -5,7 +5,7 @@
 #include "accel/meshes.h"
 #include "accel/stored.h"
 
-enum { RAYS = 2000, FLIP_RAYS = 12 };
+enum { RAYS = 2000, FLIP_RAYS = 5 };
 
 typedef struct block {
     uint8_t *bytes; // aligned, and as long as it says, so that sanitizers see what is read beyond
@@ -299,7 +299,7 @@ static void changed_bytes_are_refused_or_harmless(void **state)
 {
     clast_context *context = *state;
     block b = small_block(context);
-    const uint8_t flips[] = {0x01, 0x02, 0x10, 0x40, 0x80, 0xff};
+    const uint8_t flips[] = {0x01, 0x40, 0xff};
     uint32_t refused = 0, used = 0;
     for (size_t i = 0; i < b.size; i++) {
         for (size_t k = 0; k < sizeof flips; k++) {
@@ -325,7 +325,7 @@ static void random_changes_are_refused_or_harmless(void **state)
     clast_context *context = *state;
     block b = small_block(context);
     randoms r = {11};
-    for (uint32_t i = 0; i < 20000; i++) {
+    for (uint32_t i = 0; i < 4000; i++) {
         block changed = copy_of(&b, b.size);
         uint32_t count = 1 + random_below(&r, 4);
         for (uint32_t k = 0; k < count; k++) {
