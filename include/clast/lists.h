@@ -37,7 +37,7 @@
 /* X(name, value, text): how a tree is built over clusters or instances. */
 #define CLAST_BUILD_LIST(X) \
     X(CLAST_BUILD_BEST, 0, "best") /* by the surface area heuristic: rays are fastest */ \
-    X(CLAST_BUILD_FAST, 1, "fast") /* by sorting along a curve: for what changes every frame */
+    X(CLAST_BUILD_FAST, 1, "fast") /* by the same, sought less thoroughly: for what changes every frame */
 
 /* X(name, value, text): how much a log line matters. */
 #define CLAST_LOG_LIST(X) \

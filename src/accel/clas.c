@@ -6,7 +6,7 @@
 #include "base/size.h"
 #include "base/thread.h"
 
-enum { FIT_GRAIN = 64, SLOT_ALIGNMENT = 64 };
+enum { FIT_GRAIN = 64, SLOT_ALIGNMENT = 64, HEAD_AHEAD = 8, FETCH_AHEAD = 2 };
 
 static size_t stride_for(uint32_t blocks)
 {
@@ -218,11 +218,50 @@ static void fill_slot(const fit_job *job, size_t i, clast_clas *clas)
     }
 }
 
+static void prefetch_bytes(const void *first, size_t bytes)
+{
+    for (size_t at = 0; at < bytes; at += 64) {
+        __builtin_prefetch((const char *)first + at);
+    }
+}
+
+// Clusters are small and may lie anywhere: what is read of one is fetched while those before it are fitted, its template's
+// head first, which tells how much the rest is.
+static void prefetch_cluster(const fit_job *job, size_t i, bool head)
+{
+    const clast_template *topology;
+    const float *vertices;
+    if (job->inputs != NULL) {
+        topology = job->pool->set->templates[job->inputs[i].template_number];
+        vertices = job->inputs[i].vertices;
+    } else {
+        const clast_clas *clas = clast_pool_slot(job->pool, job->first + i);
+        topology = clast_clas_topology(clas);
+        vertices = clast_clas_vertices(clas);
+        if (clas->topology == 0) {
+            return;
+        }
+    }
+    if (head) {
+        __builtin_prefetch(topology);
+        __builtin_prefetch(vertices);
+    } else {
+        prefetch_bytes(topology->blocks, topology->block_count * sizeof *topology->blocks);
+        prefetch_bytes(vertices, topology->vertex_count * 3 * sizeof *vertices);
+    }
+}
+
 static void fit_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
     fit_job *job = data;
     for (size_t i = begin; i < end; i++) {
+        if (i + HEAD_AHEAD < end && job->clusters == NULL) {
+            prefetch_cluster(job, i + HEAD_AHEAD, true);
+        }
+        if (i + FETCH_AHEAD < end && job->clusters == NULL) {
+            prefetch_cluster(job, i + FETCH_AHEAD, false);
+        }
         clast_clas *clas = clast_pool_slot(job->pool, job->first + i);
         fill_slot(job, i, clas);
         if (clas->topology != 0) {
@@ -234,6 +273,9 @@ static void fit_range(void *data, size_t begin, size_t end, uint32_t worker)
 static clast_status check_inputs(const clast_clas_pool *pool, const clast_clas_input *inputs, size_t count,
                                  uint32_t *most_blocks)
 {
+    // Templates may lie anywhere: they are looked at only where slots might have to grow.
+    bool roomy = sizes_for(pool->set->most_blocks, 0).stride <= pool->stride;
+    *most_blocks = roomy ? 1 : *most_blocks;
     for (size_t i = 0; i < count; i++) {
         uint32_t number = inputs[i].template_number;
         if (number >= pool->set->count) {
@@ -243,7 +285,7 @@ static clast_status check_inputs(const clast_clas_pool *pool, const clast_clas_i
         if (inputs[i].vertices == NULL) {
             return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "cluster %zu has no vertices", i);
         }
-        uint32_t blocks = pool->set->templates[number]->block_count;
+        uint32_t blocks = roomy ? 1 : pool->set->templates[number]->block_count;
         *most_blocks = blocks > *most_blocks ? blocks : *most_blocks;
     }
     return CLAST_OK;

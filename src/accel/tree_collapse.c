@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// From two children to eight, at the least expected cost, by dynamic programming (Ylitie, Karras, Laine, Efficient Incoherent
+// Ray Traversal on GPUs Through Compressed Wide BVHs, HPG 2017, section 3).
+#include <math.h>
+#include <string.h>
+
+#include "accel/tree_build.h"
+#include "base/simd.h"
+#include "base/thread.h"
+
+enum { COLLAPSE_GRAIN = 128 };
+
+// -------------------------------------------------------------------------------------------------------------- costs
+
+// Items are visited alike, however they are gathered: they cost nothing. A leaf's stay together, or each goes alone.
+static void leaf_costs(const clast_binary_node *node, float costs[TREE_WIDTH], uint8_t shares[TREE_WIDTH])
+{
+    for (uint32_t n = 1; n <= TREE_WIDTH; n++) {
+        costs[n - 1] = n >= node->count ? 0.0f : node->area;
+        shares[n - 1] = 0;
+    }
+}
+
+void clast_tree_costs(clast_tree_builder *b, uint32_t number)
+{
+    const clast_binary_node *node = &b->nodes[number];
+    float *costs = b->costs[number];
+    uint8_t *shares = b->shares[number];
+    if (node->right == 0) {
+        leaf_costs(node, costs, shares);
+        return;
+    }
+    // Lane n - 1 is for n roots: the left half gets `share` of them, the right half what is left.
+    const float *left = b->costs[number + 1];
+    float right[2 * TREE_WIDTH];
+    for (int i = 0; i < TREE_WIDTH; i++) {
+        right[i] = INFINITY;
+    }
+    memcpy(right + TREE_WIDTH, b->costs[node->right], sizeof b->costs[0]);
+    clast_floats8 least = splat8(INFINITY);
+    clast_ints8 chosen = {1, 1, 1, 1, 1, 1, 1, 1};
+    for (int share = 1; share < TREE_WIDTH; share++) {
+        clast_floats8 rest;
+        memcpy(&rest, right + TREE_WIDTH - share, sizeof rest);
+        clast_floats8 cost = splat8(left[share - 1]) + rest;
+        clast_ints8 less = cost < least;
+        least = pick8(less, cost, least);
+        chosen = (less & share) | (~less & chosen);
+    }
+    memcpy(costs, &least, sizeof least);
+    for (int i = 0; i < TREE_WIDTH; i++) {
+        shares[i] = (uint8_t)chosen[i];
+    }
+    costs[0] = node->area + costs[TREE_WIDTH - 1];
+    shares[0] = 0;
+    for (int i = 1; i < TREE_WIDTH - 1; i++) { // the last is for this node as a root: it must be opened
+        if (costs[i] >= costs[i - 1]) {
+            costs[i] = costs[i - 1];
+            shares[i] = 0;
+        }
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------ children
+
+static uint32_t item_number(const clast_build_item *item)
+{
+    return item->number_low | (uint32_t)item->number_high << 16;
+}
+
+static void add_items(const clast_tree_builder *b, const clast_binary_node *leaf, clast_child_list *list)
+{
+    for (uint32_t i = 0; i < leaf->count; i++) {
+        list->children[list->count++] = CLAST_CHILD_ITEM | item_number(&b->order[leaf->first + i]);
+    }
+}
+
+static void add_node(clast_child_list *list, uint32_t number)
+{
+    list->node_bits |= (uint8_t)(1u << list->count);
+    list->node_count++;
+    list->children[list->count++] = number;
+}
+
+// The children of a node that stands for a binary one: those under which its items are gathered.
+static void list_children(const clast_tree_builder *b, uint32_t root, clast_child_list *list)
+{
+    struct {
+        uint32_t node, roots;
+    } stack[TREE_WIDTH + 1];
+    uint32_t waiting = 0, number = root, roots = TREE_WIDTH;
+    list->count = list->node_bits = list->node_count = 0;
+    for (;;) {
+        const clast_binary_node *node = &b->nodes[number];
+        while (roots > 1 && b->shares[number][roots - 1] == 0 && node->right != 0) {
+            roots--;
+        }
+        if (node->right == 0 && node->count <= roots) {
+            add_items(b, node, list);
+        } else if (node->right == 0 || roots == 1) {
+            add_node(list, number);
+        } else {
+            uint32_t share = b->shares[number][roots - 1];
+            stack[waiting].node = node->right;
+            stack[waiting++].roots = roots - share;
+            number++;
+            roots = share;
+            continue;
+        }
+        if (waiting == 0) {
+            return;
+        }
+        number = stack[--waiting].node;
+        roots = stack[waiting].roots;
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------- levels
+
+typedef struct collapse_job {
+    clast_tree_builder *b;
+    clast_tree *tree;
+    uint32_t first; // node of the level
+} collapse_job;
+
+static void list_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    collapse_job *job = data;
+    for (size_t i = job->first + begin; i < job->first + end; i++) {
+        list_children(job->b, job->b->roots[i], &job->b->lists[i]);
+    }
+}
+
+static void number_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    collapse_job *job = data;
+    for (size_t i = job->first + begin; i < job->first + end; i++) {
+        clast_child_list *list = &job->b->lists[i];
+        uint32_t number = list->first;
+        for (uint32_t k = 0; k < list->count; k++) {
+            if ((list->node_bits >> k & 1) != 0) {
+                job->b->roots[number] = list->children[k];
+                list->children[k] = number++;
+            }
+        }
+    }
+}
+
+static void store_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    collapse_job *job = data;
+    for (size_t i = begin; i < end; i++) {
+        const clast_child_list *list = &job->b->lists[i];
+        clast_node *node = &job->tree->nodes[i];
+        memset(node, 0, sizeof *node);
+        node->child_count = list->count;
+        memcpy(node->children, list->children, list->count * sizeof *list->children);
+    }
+}
+
+clast_status clast_tree_collapse(clast_tree_builder *b, clast_tree *tree)
+{
+    collapse_job job = {b, tree, 0};
+    uint32_t found = 1;
+    b->roots[0] = 0;
+    tree->level_count = 0;
+    while (job.first < found) {
+        uint32_t level_end = found;
+        tree->levels[tree->level_count++] = job.first;
+        clast_parallel_for(b->context, level_end - job.first, COLLAPSE_GRAIN, list_range, &job);
+        for (uint32_t i = job.first; i < level_end; i++) {
+            b->lists[i].first = found;
+            found += b->lists[i].node_count;
+        }
+        clast_parallel_for(b->context, level_end - job.first, COLLAPSE_GRAIN, number_range, &job);
+        job.first = level_end;
+    }
+    tree->levels[tree->level_count] = found;
+    if (CLAST_RESERVE(b->context, tree->nodes, tree->node_capacity, found) != CLAST_OK ||
+        CLAST_RESERVE(b->context, tree->boxes, tree->box_capacity, found) != CLAST_OK) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    tree->node_count = found;
+    clast_parallel_for(b->context, found, COLLAPSE_GRAIN, store_range, &job);
+    return CLAST_OK;
+}
