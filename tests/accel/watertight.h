@@ -21,7 +21,7 @@ typedef struct inner_ball {
 // A closed mesh: equal positions have one number; along each edge runs one triangle forth and one back. Triangles with two
 // equal corners are ignored there: they are no surface.
 typedef struct surface {
-    const char *name;
+    char name[200];
     mesh m;
     uint32_t columns, rows;   // of quads where the mesh is made of such sheets, side by side in m.indices; else zero
     uint32_t sheets;          // how many
@@ -44,6 +44,8 @@ mesh mesh_cube_sphere(uint32_t segments); // six sheets of segments x segments q
 // The closed meshes of all models below a folder; appends them, and prints a line for each that is not closed.
 // `count` surfaces are there already. Gives how many there are then.
 uint32_t surfaces_load(clast_context *context, const char *folder, surface **surfaces, uint32_t count);
+// All meshes, whether closed or not; with nothing inside.
+uint32_t surfaces_load_all(clast_context *context, const char *folder, surface **surfaces);
 
 // ------------------------------------------------------------------------------------------------------------ clusters
 
@@ -51,9 +53,10 @@ typedef struct clusters {
     clast_template_set *set;
     clast_clas_pool *pool;
     clast_blas *blas;
-    float *vertices;   // of all clusters
-    uint32_t *sources; // their numbers in the mesh
-    uint32_t *firsts;  // of each cluster, in sources
+    float *vertices;     // of all clusters
+    uint32_t *sources;   // their numbers in the mesh
+    uint32_t *firsts;    // of each cluster, in sources
+    uint32_t *templates; // of each cluster
     size_t vertex_count, cluster_count;
 } clusters;
 
@@ -70,6 +73,8 @@ const char *cluster_kind_name(cluster_kind kind);
 clast_status clusters_make(clast_context *context, const surface *s, cluster_kind kind, clast_build build, clusters *c);
 // Takes the vertices from the surface anew, and fits all boxes to them.
 clast_status clusters_refit(clusters *c, const surface *s);
+// The corners of a cluster's triangle, by their numbers in the mesh.
+void clusters_corners(const clusters *c, uint32_t cluster, uint32_t triangle, uint32_t corners[3]);
 void clusters_free(clusters *c);
 
 // ------------------------------------------------------------------------------------------------------------ crossing

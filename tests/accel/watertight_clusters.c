@@ -184,6 +184,10 @@ clast_status clusters_make(clast_context *context, const surface *s, cluster_kin
         for (size_t i = 0; i < c->cluster_count; i++) {
             b.inputs[i].vertices = c->vertices + 3 * (size_t)c->firsts[i];
         }
+        c->templates = malloc(4 * c->cluster_count + 4);
+        for (size_t i = 0; i < c->cluster_count; i++) {
+            c->templates[i] = b.inputs[i].template_number;
+        }
         status = clast_clas_instantiate(c->pool, 0, c->cluster_count, b.inputs);
     }
     free(b.descs);
@@ -198,6 +202,14 @@ clast_status clusters_refit(clusters *c, const surface *s)
     return status == CLAST_OK ? clast_blas_refit(c->blas) : status;
 }
 
+void clusters_corners(const clusters *c, uint32_t cluster, uint32_t triangle, uint32_t corners[3])
+{
+    clast_template_triangle(c->set, c->templates[cluster], triangle, corners);
+    for (int k = 0; k < 3; k++) {
+        corners[k] = c->sources[c->firsts[cluster] + corners[k]];
+    }
+}
+
 void clusters_free(clusters *c)
 {
     clast_blas_destroy(c->blas);
@@ -206,4 +218,5 @@ void clusters_free(clusters *c)
     free(c->vertices);
     free(c->sources);
     free(c->firsts);
+    free(c->templates);
 }

@@ -10,7 +10,7 @@ typedef struct gathering {
     clast_context *context;
     surface **surfaces;
     uint32_t count, open, unread;
-    size_t triangles; // of the open ones
+    bool open_too;
 } gathering;
 
 static mesh copy_of_mesh(const clast_mesh *from)
@@ -46,11 +46,10 @@ static void add_meshes(gathering *g, const clast_scene *scene, const char *path)
             continue;
         }
         surface s;
-        uint32_t open = surface_make(g->context, strdup(path), &m, &s);
-        if (open != 0 || !surface_find_inside(&s, 1)) {
+        uint32_t open = surface_make(g->context, path, &m, &s);
+        if (!g->open_too && (open != 0 || !surface_find_inside(&s, 1))) {
             printf("%s: %u triangles, %u edges without two faces: skipped\n", path, s.m.triangle_count, open);
             g->open++;
-            free((char *)(uintptr_t)s.name);
             surface_free(&s);
         } else {
             *g->surfaces = realloc(*g->surfaces, (g->count + 1) * sizeof **g->surfaces);
@@ -93,6 +92,13 @@ static void load_folder(gathering *g, const char *folder, uint32_t depth)
     if (count >= 0) {
         free(entries);
     }
+}
+
+uint32_t surfaces_load_all(clast_context *context, const char *folder, surface **surfaces)
+{
+    gathering g = {.context = context, .surfaces = surfaces, .open_too = true};
+    load_folder(&g, folder, 0);
+    return g.count;
 }
 
 uint32_t surfaces_load(clast_context *context, const char *folder, surface **surfaces, uint32_t count)

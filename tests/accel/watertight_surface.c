@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Closed surfaces: whether they are closed, and what lies inside.
+#include <stdio.h>
+
 #include "accel/watertight.h"
 #include "clast/geometry.h"
 
@@ -94,7 +96,8 @@ static void find_ball(surface *s)
 
 uint32_t surface_make(clast_context *context, const char *name, const mesh *m, surface *s)
 {
-    *s = (surface){.name = name, .m = *m};
+    *s = (surface){.m = *m};
+    snprintf(s->name, sizeof s->name, "%s", name);
     if (m->triangle_count == 0 || !weld(context, &s->m)) {
         return 1;
     }
