@@ -87,11 +87,11 @@ static double update_theirs(void *data)
 
 static void build_scene(crowd *c, RTCScene mesh, enum RTCSceneFlags flags)
 {
-    c->scene = rtcNewScene(c->job->device);
+    c->scene = rtcNewScene(c->job->devices[0]);
     rtcSetSceneFlags(c->scene, flags);
     rtcSetSceneBuildQuality(c->scene, RTC_BUILD_QUALITY_LOW);
     for (uint32_t i = 0; i < c->count; i++) {
-        RTCGeometry geometry = rtcNewGeometry(c->job->device, RTC_GEOMETRY_TYPE_INSTANCE);
+        RTCGeometry geometry = rtcNewGeometry(c->job->devices[0], RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(geometry, mesh);
         rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, c->instances[i].transform);
         rtcCommitGeometry(geometry);
@@ -150,7 +150,7 @@ static void measure_crowd(accel_job *j, uint32_t count, uint32_t moved, const ch
     }
     bench_check(clast_tlas_create(j->context, &c.tlas), j->context);
     bench_check(clast_tlas_build(c.tlas, c.instances, count, CLAST_BUILD_BEST), j->context);
-    peer mesh = peer_make(j->device, j->work, j->work->m.positions, PEER_SAH);
+    peer mesh = peer_make(j->devices[0], j->work, j->work->m.positions, PEER_SAH);
     const char *kind = choose_scene(&c, mesh.scene);
     measure(&c, metric, kind);
     if (moved == count) { // and beside it, built anew as Embree does

@@ -11,11 +11,12 @@ typedef struct accel_job {
     bool grids; // the workload as grids, not as clusters of any triangles
     uint32_t threads;
     clast_context *context;
-    RTCDevice device;
+    RTCDevice devices[PEER_DEVICES];
     structure ours;  // made of the shape at rest
     float *moved;    // the mesh's vertices at another moment
     uint32_t frame;  // counts moments
     peer theirs;     // of the measurement under way
+    peer wide;       // the same on the other device, where both are tried on rays
     clast_ray *rays; // accel_job_rays of them
     clast_hit *hits;
     size_t ray_count;
@@ -30,6 +31,11 @@ void accel_add_row(const accel_job *j, const char *metric, const char *unit, con
                    bench_pair values);
 // Of functions that give seconds: millions of triangles a second.
 bench_pair accel_alternate(accel_job *j, bench_function clast, bench_function peer);
+// Makes, over j->moved, of the kinds and devices the peer that commits fastest. Gives the kind.
+peer_kind accel_choose_peer(accel_job *j, const peer_kind *kinds, uint32_t count);
+// Makes j->theirs and j->wide, over j->moved, for rays; frees both.
+void accel_make_peers(accel_job *j, peer_kind kind);
+void accel_free_peers(accel_job *j);
 // Ends the program where both sides do not hit the same number of times, but for a few: j->rays, j->ours, j->theirs.
 void accel_check_hits(accel_job *j, const char *metric);
 

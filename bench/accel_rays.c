@@ -96,7 +96,7 @@ static ray_run run_of(accel_job *j)
 {
     return (ray_run){.context = j->context,
                      .ours = j->ours.tlas,
-                     .theirs = j->theirs.scene,
+                     .theirs = {j->theirs.scene, j->wide.scene},
                      .rays = j->rays,
                      .count = j->ray_count,
                      .batch = 1,
@@ -144,7 +144,8 @@ static void measure(accel_job *j, const char *metric, const char *peer_detail, b
     double rate = 1e-6 * (double)run.count;
     peer_way_name(run.way, any, name);
     check_found(j, &run, metric);
-    accel_add_row(j, metric, "Mrays/s", peer_detail != NULL ? peer_detail : name, (bench_pair){rate / seconds.clast, rate / seconds.peer});
+    accel_add_row(j, metric, "Mrays/s", peer_detail != NULL ? peer_detail : name,
+                  (bench_pair){rate / seconds.clast, rate / seconds.peer});
     ray_run_free(&run);
 }
 
@@ -158,7 +159,7 @@ void accel_measure_rays(accel_job *j)
     workload_wave(j->context, j->work, 0.9f, j->moved);
     structure_gather(j->context, &j->ours, j->moved);
     structure_refit(j->context, &j->ours);
-    j->theirs = peer_make(j->device, j->work, j->moved, PEER_SAH);
+    accel_make_peers(j, PEER_SAH);
     accel_camera_rays(j);
     measure(j, "primary_single", NULL, false, true);
     measure(j, "primary_batch", NULL, false, false);
@@ -172,8 +173,8 @@ void accel_measure_rays(accel_job *j)
     for (size_t i = 0; i < j->ray_count; i++) {
         j->rays[i].t_max = INFINITY;
     }
-    peer_free(&j->theirs);
-    j->theirs = peer_make(j->device, j->work, j->moved, PEER_ROBUST);
+    accel_free_peers(j);
+    accel_make_peers(j, PEER_ROBUST);
     measure(j, "diffuse_vs_robust", "robust", false, true);
-    peer_free(&j->theirs);
+    accel_free_peers(j);
 }

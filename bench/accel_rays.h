@@ -19,6 +19,7 @@ typedef enum peer_call {
 typedef struct peer_way {
     peer_call call;
     bool coherent; // the flag
+    uint32_t wide; // which of the peer's devices
 } peer_way;
 
 // A peer's name for a way, as "rtcIntersect8, coherent".
@@ -27,7 +28,7 @@ void peer_way_name(peer_way way, bool any, char name[BENCH_NAME_SIZE]);
 typedef struct ray_run {
     clast_context *context;
     const clast_tlas *ours;
-    RTCScene theirs;
+    RTCScene theirs[PEER_DEVICES]; // null: not there
     const clast_ray *rays;
     size_t count;
     bool any;

@@ -31,6 +31,14 @@ void structure_gather(clast_context *context, structure *s, const float *positio
     clast_parallel_for(context, s->vertex_count, GATHER_GRAIN, gather_range, &g);
 }
 
+void structure_refit_gathered(clast_context *context, structure *s, const float *positions, size_t position_count)
+{
+    clast_clas_gather gather = {positions, position_count, s->sources, s->first_vertex, s->vertices};
+    bench_check(clast_clas_refit_gathered(s->pool, 0, s->cluster_count, &gather), context);
+    bench_check(clast_blas_refit(s->blas), context);
+    structure_build_tlas(context, s);
+}
+
 void structure_build_tlas(clast_context *context, structure *s)
 {
     clast_tlas_instance instance = instance_of(s->blas, 0);
@@ -163,10 +171,11 @@ static bool count_memory(void *user, ssize_t bytes, bool post)
     return true;
 }
 
-RTCDevice peer_device(uint32_t threads)
+RTCDevice peer_device(uint32_t threads, uint32_t number)
 {
     char config[96];
-    snprintf(config, sizeof config, "threads=%u,start_threads=1", threads);
+    snprintf(config, sizeof config, "threads=%u,start_threads=1%s", threads,
+             number != 0 ? ",frequency_level=simd512" : "");
     RTCDevice device = rtcNewDevice(config);
     if (device == NULL) {
         fprintf(stderr, "Embree does not start\n");
@@ -206,15 +215,16 @@ static RTCGeometry make_grids(RTCDevice device, const workload *w, const float *
 
 static enum RTCBuildQuality quality_of(peer_kind kind)
 {
-    return kind == PEER_SAH || kind == PEER_ROBUST ? RTC_BUILD_QUALITY_MEDIUM
-           : kind == PEER_REFIT                    ? RTC_BUILD_QUALITY_REFIT
-                                                   : RTC_BUILD_QUALITY_LOW;
+    return kind == PEER_SAH || kind == PEER_SAH_DYNAMIC || kind == PEER_ROBUST ? RTC_BUILD_QUALITY_MEDIUM
+           : kind == PEER_REFIT                                                ? RTC_BUILD_QUALITY_REFIT
+                                                                               : RTC_BUILD_QUALITY_LOW;
 }
 
 peer peer_make(RTCDevice device, const workload *w, const float *positions, peer_kind kind)
 {
     bool grids = kind == PEER_GRIDS || kind == PEER_GRIDS_DYNAMIC;
-    bool dynamic = kind == PEER_REFIT || kind == PEER_FAST_DYNAMIC || kind == PEER_GRIDS_DYNAMIC;
+    bool dynamic = kind == PEER_REFIT || kind == PEER_SAH_DYNAMIC || kind == PEER_FAST_DYNAMIC ||
+                   kind == PEER_GRIDS_DYNAMIC;
     enum RTCBuildQuality quality = quality_of(kind);
     int_fast64_t before = atomic_load(&peer_memory);
     peer p = {.scene = rtcNewScene(device)};

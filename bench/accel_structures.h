@@ -30,6 +30,8 @@ void structure_free(clast_context *context, structure *s);
 
 // Copies the mesh's vertices into the clusters.
 void structure_gather(clast_context *context, structure *s, const float *positions);
+// Copies them and fits everything to them, in one pass.
+void structure_refit_gathered(clast_context *context, structure *s, const float *positions, size_t position_count);
 // Fits everything to the vertices, which lie in the clusters.
 void structure_refit(clast_context *context, structure *s);
 // Fills the pool anew from the vertices, which lie in the clusters, and builds the best trees.
@@ -43,12 +45,16 @@ double structure_bytes(const structure *s);
 typedef enum peer_kind {
     PEER_SAH,    // its default: surface area heuristic, fast ray tests, which leak
     PEER_ROBUST, // the same, watertight
-    PEER_FAST,   // its fastest build, of two ways the better: see peer_make
+    PEER_SAH_DYNAMIC,
+    PEER_FAST, // its fastest build, without the flag for dynamic scenes and with it
     PEER_FAST_DYNAMIC,
-    PEER_REFIT,  // refits
-    PEER_GRIDS,  // a surface's tiles as its grid primitive, fastest build
+    PEER_REFIT, // refits
+    PEER_GRIDS, // a surface's tiles as its grid primitive, fastest build
     PEER_GRIDS_DYNAMIC,
 } peer_kind;
+
+// Embree's default on machines with vectors of 512 bits is to use half of them; it can be told to use all. Both are tried.
+enum { PEER_DEVICES = 2 };
 
 typedef struct peer {
     RTCScene scene;
@@ -56,8 +62,8 @@ typedef struct peer {
     double bytes; // what it allocated, and vertices and indices
 } peer;
 
-// One with as many threads, set up as it runs best: see accel_structures.c.
-RTCDevice peer_device(uint32_t threads);
+// Number 0 of them is the default one, number 1 uses vectors as wide as there are.
+RTCDevice peer_device(uint32_t threads, uint32_t number);
 // Over vertices that may change later, with a vertex to spare.
 peer peer_make(RTCDevice device, const workload *w, const float *positions, peer_kind kind);
 // Builds or refits anew, after the vertices changed.

@@ -9,7 +9,7 @@
 #include "accel_rays.h"
 #include "base/thread.h"
 
-enum { RAY_GRAIN = 4096, RAY_WORDS_MOST = 24, CALL_TRIALS = 3 };
+enum { RAY_GRAIN = 4096, RAY_WORDS_MOST = 24, CALL_TRIALS = 2 };
 
 static const struct {
     uint32_t width;
@@ -26,8 +26,8 @@ static const struct {
 
 void peer_way_name(peer_way way, bool any, char name[BENCH_NAME_SIZE])
 {
-    snprintf(name, BENCH_NAME_SIZE, "%s%s, %s", any ? "rtcOccluded" : "rtcIntersect", calls[way.call].name,
-             way.coherent ? "coherent" : "incoherent");
+    snprintf(name, BENCH_NAME_SIZE, "%s%s, %s, %u bits", any ? "rtcOccluded" : "rtcIntersect", calls[way.call].name,
+             way.coherent ? "coherent" : "incoherent", 256u << way.wide);
 }
 
 // ------------------------------------------------------------------------------------------------------------- clast's
@@ -125,16 +125,16 @@ static void prepare(ray_run *run)
 }
 
 #if RTC_VERSION_MAJOR >= 4
-#define PEER_INTERSECT(width, packet) rtcIntersect##width(valid, run->theirs, packet, &intersect)
-#define PEER_OCCLUDED(width, packet) rtcOccluded##width(valid, run->theirs, packet, &occluded)
+#define PEER_INTERSECT(width, packet) rtcIntersect##width(valid, run->theirs[run->way.wide], packet, &intersect)
+#define PEER_OCCLUDED(width, packet) rtcOccluded##width(valid, run->theirs[run->way.wide], packet, &occluded)
 #else
-#define PEER_INTERSECT(width, packet) rtcIntersect##width(valid, run->theirs, &context, packet)
-#define PEER_OCCLUDED(width, packet) rtcOccluded##width(valid, run->theirs, &context, packet)
+#define PEER_INTERSECT(width, packet) rtcIntersect##width(valid, run->theirs[run->way.wide], &context, packet)
+#define PEER_OCCLUDED(width, packet) rtcOccluded##width(valid, run->theirs[run->way.wide], &context, packet)
 #endif
 
 static void call_range(const ray_run *run, uint8_t *packet, size_t count)
 {
-    static const int valid[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    static const _Alignas(64) int valid[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
     size_t bytes = packet_size(run);
 #if RTC_VERSION_MAJOR >= 4
     struct RTCIntersectArguments intersect;
@@ -147,13 +147,13 @@ static void call_range(const ray_run *run, uint8_t *packet, size_t count)
     rtcInitIntersectContext(&context);
     context.flags = run->way.coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     if (run->way.call == PEER_CALL_1M) {
-        run->any ? rtcOccluded1M(run->theirs, &context, (void *)packet, (unsigned)count, bytes)
-                 : rtcIntersect1M(run->theirs, &context, (void *)packet, (unsigned)count, bytes);
+        run->any ? rtcOccluded1M(run->theirs[run->way.wide], &context, (void *)packet, (unsigned)count, bytes)
+                 : rtcIntersect1M(run->theirs[run->way.wide], &context, (void *)packet, (unsigned)count, bytes);
         return;
     }
     if (run->way.call == PEER_CALL_8M) {
-        run->any ? rtcOccludedNM(run->theirs, &context, (void *)packet, 8, (unsigned)count, bytes)
-                 : rtcIntersectNM(run->theirs, &context, (void *)packet, 8, (unsigned)count, bytes);
+        run->any ? rtcOccludedNM(run->theirs[run->way.wide], &context, (void *)packet, 8, (unsigned)count, bytes)
+                 : rtcIntersectNM(run->theirs[run->way.wide], &context, (void *)packet, 8, (unsigned)count, bytes);
         return;
     }
 #endif
@@ -162,22 +162,18 @@ static void call_range(const ray_run *run, uint8_t *packet, size_t count)
         switch (run->way.call) {
 #if RTC_VERSION_MAJOR >= 4
         case PEER_CALL_1:
-            run->any ? rtcOccluded1(run->theirs, p, &occluded) : rtcIntersect1(run->theirs, p, &intersect);
+            run->any ? rtcOccluded1(run->theirs[run->way.wide], p, &occluded)
+                     : rtcIntersect1(run->theirs[run->way.wide], p, &intersect);
             break;
 #else
         case PEER_CALL_1:
-            run->any ? rtcOccluded1(run->theirs, &context, p) : rtcIntersect1(run->theirs, &context, p);
+            run->any ? rtcOccluded1(run->theirs[run->way.wide], &context, p)
+                     : rtcIntersect1(run->theirs[run->way.wide], &context, p);
             break;
 #endif
-        case PEER_CALL_4:
-            run->any ? PEER_OCCLUDED(4, p) : PEER_INTERSECT(4, p);
-            break;
-        case PEER_CALL_8:
-            run->any ? PEER_OCCLUDED(8, p) : PEER_INTERSECT(8, p);
-            break;
-        default:
-            run->any ? PEER_OCCLUDED(16, p) : PEER_INTERSECT(16, p);
-            break;
+        case PEER_CALL_4: run->any ? PEER_OCCLUDED(4, p) : PEER_INTERSECT(4, p); break;
+        case PEER_CALL_8: run->any ? PEER_OCCLUDED(8, p) : PEER_INTERSECT(8, p); break;
+        default: run->any ? PEER_OCCLUDED(16, p) : PEER_INTERSECT(16, p); break;
         }
     }
 }
@@ -256,7 +252,7 @@ static double best_of_trials(ray_run *run, bench_function function)
 
 void ray_run_choose_way(ray_run *run, bool single)
 {
-    peer_way best = {PEER_CALL_1, false};
+    peer_way best = {0};
     double least = 1e30;
     for (peer_call call = PEER_CALL_1; call < PEER_CALL_COUNT && !(single && call != PEER_CALL_1); call++) {
 #if RTC_VERSION_MAJOR >= 4
@@ -264,8 +260,11 @@ void ray_run_choose_way(ray_run *run, bool single)
             continue; // gone in Embree 4
         }
 #endif
-        for (int coherent = 0; coherent < 2; coherent++) {
-            run->way = (peer_way){call, coherent != 0};
+        for (uint32_t i = 0; i < 4; i++) {
+            run->way = (peer_way){call, i % 2 != 0, i / 2};
+            if (run->theirs[run->way.wide] == NULL) {
+                continue;
+            }
             double seconds = best_of_trials(run, ray_run_theirs);
             if (seconds < least) {
                 least = seconds;

@@ -17,8 +17,7 @@ static void twist(accel_job *j, peer *refitted)
     for (uint32_t frame = 1; frame <= TWIST_FRAMES; frame++) {
         workload_twist(j->context, j->work, (float)frame / TWIST_FRAMES, j->moved);
         double begun = bench_seconds();
-        structure_gather(j->context, &j->ours, j->moved);
-        structure_refit(j->context, &j->ours);
+        structure_refit_gathered(j->context, &j->ours, j->moved, j->work->m.vertex_count);
         seconds[frame - 1] = bench_seconds() - begun;
         worst = fmax(worst, seconds[frame - 1]);
         peer_commit(refitted);
@@ -31,14 +30,14 @@ static void twist(accel_job *j, peer *refitted)
 void accel_measure_twist(accel_job *j)
 {
     workload_twist(j->context, j->work, 0.0f, j->moved);
-    peer refitted = peer_make(j->device, j->work, j->moved, PEER_REFIT);
+    peer refitted = peer_make(j->devices[0], j->work, j->moved, PEER_REFIT);
     twist(j, &refitted);
-    j->theirs = peer_make(j->device, j->work, j->moved, PEER_SAH);
+    accel_make_peers(j, PEER_SAH);
     accel_camera_rays(j);
     accel_trace_hits(j);
     accel_bounce_rays(j);
     accel_measure_diffuse(j, "diffuse_after_twist", "fresh tree");
-    peer_free(&j->theirs);
+    accel_free_peers(j);
     j->theirs = refitted;
     accel_measure_diffuse(j, "diffuse_after_twist", "refitted");
     peer_free(&j->theirs);

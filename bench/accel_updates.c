@@ -13,8 +13,7 @@ static double build_ours(void *data)
     return seconds;
 }
 
-// Into the memory of the build before, as it runs best.
-static double build_theirs(void *data)
+static double commit_theirs(void *data)
 {
     accel_job *j = data;
     double begun = bench_seconds();
@@ -22,22 +21,14 @@ static double build_theirs(void *data)
     return bench_seconds() - begun;
 }
 
-static double make_theirs(void *data)
-{
-    accel_job *j = data;
-    double begun = bench_seconds();
-    peer p = peer_make(j->device, j->work, j->work->m.positions, PEER_SAH);
-    double seconds = bench_seconds() - begun;
-    peer_free(&p);
-    return seconds;
-}
-
 static void measure_bytes(accel_job *j)
 {
     double triangles = (double)j->work->m.triangle_count, ours = structure_bytes(&j->ours);
-    accel_add_row(j, "bytes_per_triangle", "bytes", NULL, (bench_pair){ours / triangles, j->theirs.bytes / triangles});
+    peer sah = peer_make(j->devices[0], j->work, j->work->m.positions, PEER_SAH);
+    accel_add_row(j, "bytes_per_triangle", "bytes", NULL, (bench_pair){ours / triangles, sah.bytes / triangles});
+    peer_free(&sah);
     if (j->grids) {
-        peer grids = peer_make(j->device, j->work, j->work->m.positions, PEER_GRIDS);
+        peer grids = peer_make(j->devices[0], j->work, j->work->m.positions, PEER_GRIDS);
         accel_add_row(j, "bytes_per_triangle", "bytes", "grids",
                       (bench_pair){ours / triangles, grids.bytes / triangles});
         peer_free(&grids);
@@ -46,14 +37,15 @@ static void measure_bytes(accel_job *j)
 
 void accel_measure_static(accel_job *j)
 {
-    j->theirs = peer_make(j->device, j->work, j->work->m.positions, PEER_SAH);
+    const peer_kind kinds[] = {PEER_SAH, PEER_SAH_DYNAMIC};
+    memcpy(j->moved, j->work->m.positions, (size_t)j->work->m.vertex_count * 12);
     measure_bytes(j);
-    if (!j->grids) {
-        bool again = build_theirs(j) < make_theirs(j);
-        accel_add_row(j, "build_static", "Mtri/s", NULL,
-                      accel_alternate(j, build_ours, again ? build_theirs : make_theirs));
+    if (!j->grids) { // into the memory of the build before: a first build takes longer
+        peer_kind kind = accel_choose_peer(j, kinds, 2);
+        accel_add_row(j, "build_static", "Mtri/s", kind == PEER_SAH ? "static" : "dynamic",
+                      accel_alternate(j, build_ours, commit_theirs));
+        peer_free(&j->theirs);
     }
-    peer_free(&j->theirs);
 }
 
 // --------------------------------------------------------------------------------------------------------------- refit
@@ -78,16 +70,14 @@ static double refit_gathered_ours(void *data)
     accel_job *j = data;
     move(j);
     double begun = bench_seconds();
-    structure_gather(j->context, &j->ours, j->moved);
-    structure_refit(j->context, &j->ours);
+    structure_refit_gathered(j->context, &j->ours, j->moved, j->work->m.vertex_count);
     return bench_seconds() - begun;
 }
 
-static double commit_theirs(void *data)
+static double move_theirs(void *data)
 {
-    accel_job *j = data;
-    move(j);
-    return build_theirs(j);
+    move(data);
+    return commit_theirs(data);
 }
 
 // ------------------------------------------------------------------------------------------------------------- rebuild
@@ -140,26 +130,13 @@ static double rebuild_ours(void *data)
 
 static double rebuild_theirs(void *data)
 {
-    return commit_theirs(((emission *)data)->job);
-}
-
-static double time_of_kind(accel_job *j, peer_kind kind)
-{
-    peer p = peer_make(j->device, j->work, j->moved, kind);
-    double best = 1e30;
-    for (int i = 0; i < 3; i++) {
-        double begun = bench_seconds();
-        peer_commit(&p);
-        best = fmin(best, bench_seconds() - begun);
-    }
-    peer_free(&p);
-    return best;
+    return move_theirs(((emission *)data)->job);
 }
 
 static void measure_rebuild(accel_job *j, emission *e, const char *metric, peer_kind kind, peer_kind dynamic)
 {
-    bool is_dynamic = time_of_kind(j, dynamic) < time_of_kind(j, kind);
-    j->theirs = peer_make(j->device, j->work, j->moved, is_dynamic ? dynamic : kind);
+    const peer_kind kinds[] = {kind, dynamic};
+    bool is_dynamic = accel_choose_peer(j, kinds, 2) == dynamic;
     double rate = 1e-6 * (double)j->work->m.triangle_count;
     bench_pair seconds = bench_alternate(j->b, rebuild_ours, rebuild_theirs, e);
     emit(e); // as the peer has them: both sides moved in turns
@@ -195,7 +172,7 @@ static void measure_rebuilds(accel_job *j)
 
 static void measure_refit(accel_job *j, const char *metric, bench_function ours)
 {
-    accel_add_row(j, metric, "Mtri/s", NULL, accel_alternate(j, ours, commit_theirs));
+    accel_add_row(j, metric, "Mtri/s", NULL, accel_alternate(j, ours, move_theirs));
     structure_gather(j->context, &j->ours, j->moved); // as the peer has them: both sides moved in turns
     structure_refit(j->context, &j->ours);
     accel_check_hits(j, metric);
@@ -203,8 +180,9 @@ static void measure_refit(accel_job *j, const char *metric, bench_function ours)
 
 void accel_measure_updates(accel_job *j)
 {
+    const peer_kind refit = PEER_REFIT;
     move(j);
-    j->theirs = peer_make(j->device, j->work, j->moved, PEER_REFIT);
+    accel_choose_peer(j, &refit, 1);
     measure_refit(j, "refit_vs_refit", refit_ours);
     if (!j->grids) {
         measure_refit(j, "gathered_vs_refit", refit_gathered_ours);

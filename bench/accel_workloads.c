@@ -145,9 +145,8 @@ workload workload_surface(surface kind, uint32_t triangles)
     uint32_t tiles = (uint32_t)lround(sqrt((double)triangles / (2.0 * TILE_QUADS * TILE_QUADS * sheets)));
     tiles = tiles > 0 ? tiles : 1;
     uint32_t quads = tiles * TILE_QUADS, side = quads + 1;
-    workload w = {.m = mesh_of(sheets * side * side, 2 * sheets * quads * quads),
-                  .sheet_count = sheets,
-                  .sheet_tiles = tiles};
+    workload w = {
+        .m = mesh_of(sheets * side * side, 2 * sheets * quads * quads), .sheet_count = sheets, .sheet_tiles = tiles};
     snprintf(w.name, sizeof w.name, "%s", surfaces[kind].name);
     memcpy(w.eye, surfaces[kind].eye, sizeof w.eye);
     memcpy(w.target, surfaces[kind].target, sizeof w.target);
@@ -261,8 +260,8 @@ static mesh halve_edges(const mesh *m)
                 keys[slot] = key;
                 middles[slot] = next;
                 for (uint32_t axis = 0; axis < 3; axis++) {
-                    fine.positions[3 * (size_t)next + axis] =
-                        0.5f * (m->positions[3 * (size_t)a + axis] + m->positions[3 * (size_t)b + axis]);
+                    fine.positions[3 * (size_t)next + axis] = 0.5f * (m->positions[3 * (size_t)a + axis] +
+                                                                      m->positions[3 * (size_t)b + axis]);
                 }
                 next++;
             }
@@ -329,8 +328,8 @@ static void place_copy(workload *w, const mesh *model, const float centre[3], ra
         part->axis[row] = turn[row][1];
         for (size_t i = 0; i < model->vertex_count; i++) {
             const float *p = model->positions + 3 * i;
-            w->m.positions[3 * (w->m.vertex_count + i) + (size_t)row] =
-                centre[row] + turn[row][0] * p[0] + turn[row][1] * p[1] + turn[row][2] * p[2];
+            w->m.positions[3 * (w->m.vertex_count + i) + (size_t)row] = centre[row] + turn[row][0] * p[0] +
+                                                                        turn[row][1] * p[1] + turn[row][2] * p[2];
         }
     }
     for (size_t i = 0; i < 3 * (size_t)model->triangle_count; i++) {

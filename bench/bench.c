@@ -14,7 +14,8 @@ static bool processor_time; // --cpu-time
 
 static void usage(const char *name)
 {
-    fprintf(stderr, "usage: bench_%s [--json] [--quick] [--threads N] [--triangles N] [--only TEXT] [--cpu-time]\n", name);
+    fprintf(stderr, "usage: bench_%s [--json] [--quick] [--threads N] [--triangles N] [--only TEXT] [--cpu-time]\n",
+            name);
     exit(2);
 }
 
