@@ -17,7 +17,7 @@
 #include <math.h>
 
 #include "accel/structures.h"
-#include "base/simd.h"
+#include "base/simd_order.h"
 #include "shared/box.h"
 #include "shared/watertight.h"
 
@@ -92,28 +92,41 @@ CLAST_LANES float reach_of(clast_floats4 origin, const clast_box *box)
     return largest_lane(max4(abs4(load_three4(box->lower.v) - origin), abs4(load_three4(box->upper.v) - origin)));
 }
 
+// The biased exponent of a power of two that brings `reach` to [1, 2), at most 2^SCALE_MOST. `reach` is below 2^127.
+CLAST_LANES int scale_of(float reach)
+{
+    int scale = 254 - (int)(floatBitsToUint(reach) >> 23);
+    return scale < 127 + SCALE_MOST ? scale : 127 + SCALE_MOST;
+}
+
+// A distance along the ray, as the boxes see it.
+CLAST_LANES float distance_in(const space *s, float t)
+{
+    return scale_by(t, s->exponent);
+}
+
 // `direction` has its largest component in [1, 2); `exponent` says how the ray's t becomes a multiple of it.
 CLAST_LANES space make_space(clast_floats4 origin, clast_floats4 direction, int exponent, float reach, float pad,
                              float t_min)
 {
-    int scale = reach > 0.0f ? -exponent_of(reach) : SCALE_MOST;
-    scale = scale > SCALE_MOST ? SCALE_MOST : scale;
+    int scale = scale_of(reach);
     clast_floats4 inverse = splat4(1.0f) / direction;
-    clast_floats4 most = pick4(direction < splat4(0.0f), splat4(-INVERSE_MOST), splat4(INVERSE_MOST));
-    inverse = pick4(abs4(inverse) <= splat4(INVERSE_MOST), inverse, most);
-    space s = {.origin = origin, .exponent = exponent + scale};
-    s.inverse = inverse * splat4(two_to(scale));
-    s.inverse[3] = 0.0f;
+    inverse = min4(max4(inverse, splat4(-INVERSE_MOST)), splat4(INVERSE_MOST));
+    space s = {.origin = origin, .exponent = exponent + scale - 127};
+    s.inverse = inverse * splat4(power_of_two((uint)scale)) * (clast_floats4){1.0f, 1.0f, 1.0f, 0.0f};
     s.pad = abs4(s.inverse) * splat4(pad);
+    uint32_t signs = bits4(s.inverse < splat4(0.0f));
     for (uint32_t axis = 0; axis < 3; axis++) {
-        s.first[axis] = inverse[axis] < 0.0f;
+        s.first[axis] = signs >> axis & 1;
     }
-    s.t_min = scale_by(t_min, s.exponent);
+    s.t_min = distance_in(&s, t_min);
     return s;
 }
 
+// What of eight boxes was met. `near` is where the ray enters; of boxes that are not hit, it means nothing.
 typedef struct box_hits {
     clast_floats8 near;
+    clast_mask8 mask;
     uint32_t bits;
 } box_hits;
 
@@ -131,9 +144,10 @@ CLAST_LANES grid make_grid(const space *s, const float *lower)
     return (grid){(clast_floats4)exponents * s->inverse, shift - s->pad, shift + s->pad};
 }
 
-// Which of eight boxes the ray meets between its t_min and `limit`. `sides` are those of a node, or of half a cluster's
-// group; from one plane's to the next are `stride` bytes.
-CLAST_LANES box_hits test_boxes(const space *s, const grid *g, const uint8_t *sides, size_t stride, float limit)
+// Which of the first `count` of eight boxes the ray meets between its t_min and `limit`. `sides` are those of a node, or of
+// half a cluster's group; from one plane's to the next are `stride` bytes.
+CLAST_LANES box_hits test_boxes(const space *s, const grid *g, const uint8_t *sides, size_t stride, uint32_t count,
+                                float limit)
 {
     clast_floats8 near = splat8(s->t_min), far = splat8(limit);
     for (int axis = 0; axis < 3; axis++) {
@@ -145,7 +159,39 @@ CLAST_LANES box_hits test_boxes(const space *s, const grid *g, const uint8_t *si
                        splat_lane8(g->far, axis),
                    far);
     }
-    return (box_hits){near, bits8(near <= far)};
+    clast_mask8 mask = at_most8(near, far) & first_lanes8(count);
+    return (box_hits){near, mask, mask_bits8(mask)};
+}
+
+CLAST_LANES box_hits test_node(const space *s, const clast_node *node, float limit)
+{
+    grid g = make_grid(s, node->lower);
+    return test_boxes(s, &g, node->boxes[0][0], TREE_WIDTH, node->child_count, limit);
+}
+
+// ---------------------------------------------------------------------------------------------------------------- keys
+
+// Where a box is entered, and which of a node's eight or a group's sixteen it is, in one integer: integers order them by
+// distance, and none are equal. The lane takes the place of the lowest bits, which moves the distance by 15 units in the last place
+// at most, to either side; what is compared with it has to give way by as much (cull_limit). Negative distances come in
+// reverse order, which costs time only.
+enum { KEY_LANES = 15 };
+
+CLAST_LANES clast_ints8 keys_of8(clast_floats8 near, int32_t first)
+{
+    const clast_ints8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+    return ((clast_ints8)near & splat_ints8(~KEY_LANES)) | (lanes + splat_ints8(first));
+}
+
+CLAST_LANES float distance_of_key(int32_t key)
+{
+    return uintBitsToFloat((uint)key);
+}
+
+// What a key's distance is compared with, so that it never culls what is at `limit` or before it.
+CLAST_LANES float cull_limit(float limit)
+{
+    return limit + (fabsf(limit) * 1.9073486328125e-6f + 7.8886090522101181e-31f); // 2^-19, 2^-100
 }
 
 #endif

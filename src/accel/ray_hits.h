@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A ray on its way through an instance: bringing it there, testing blocks of triangles, and what it hit. For the kernel
 // files that trace rays. A search is a `traversal`; begin_ray sets it up, enter_instance brings it into each instance that it
-// meets, test_block looks for hits, and store_normal ends it.
+// meets, test_block looks for hits, and store_hit ends it.
 #ifndef CLAST_ACCEL_RAY_HITS_H
 #define CLAST_ACCEL_RAY_HITS_H
 
@@ -13,8 +13,8 @@
 typedef struct traversal {
     const clast_ray *ray;
     const clast_hit_filter *filter;
-    const clast_placement *placement; // the instance that it is in
-    clast_hit best;
+    const clast_placement *placement;      // the instance that it is in
+    clast_hit best;                        // without a normal and steps
     const clast_placement *best_placement; // null: nothing was hit
     const clast_block *best_block;
     uint32_t best_lane;
@@ -25,12 +25,19 @@ typedef struct traversal {
     float along; // one over the direction's largest component, scaled so that depth * along * along_rest is t
     float along_rest;
     float limit; // best.t as the boxes see it
+    float cull;  // and as keys do
     bool any;
 } traversal;
 
 static inline bool is_sound_vertex(const float *v)
 {
     return largest_of(v) <= BOX_COORDINATE_MOST && v[0] == v[0] && v[1] == v[1] && v[2] == v[2];
+}
+
+CLAST_LANES void set_limit(traversal *w)
+{
+    w->limit = distance_in(&w->object, w->best.t);
+    w->cull = cull_limit(w->limit);
 }
 
 // Whether a hit at the same distance as the best takes its place.
@@ -52,28 +59,41 @@ static inline bool wins_tie(const traversal *w, const clast_hit *hit)
     return w->placement < w->best_placement; // two instances of one id
 }
 
+// Whether a hit that looks like the best one is not: by the order of ties, or by the filter.
+static __attribute__((noinline, cold, unused)) bool is_refused(const traversal *w, const clast_hit *hit)
+{
+    if (hit->t == w->best.t && !wins_tie(w, hit)) {
+        return true;
+    }
+    return w->placement->filtered && w->filter != NULL && !w->filter->accepts(w->filter->user, w->ray, hit);
+}
+
 // A triangle that the ray passes within its range. Gives true where the search is over.
-static inline bool consider(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block,
-                            uint32_t lane, float t, float u, float v)
+CLAST_LANES bool consider(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block, uint32_t lane,
+                          float t, float u, float v)
 {
     for (uint32_t corner = 0; corner < 3; corner++) {
         if (!is_sound_vertex(clast_clas_vertices(clas) + 3 * (uint32_t)block->corners[corner][lane])) {
             return false;
         }
     }
-    clast_hit hit = {
-        .t = t, .u = u, .v = v, .instance = w->placement->id, .cluster = slot, .triangle = block->triangles[lane]};
-    if (t == w->best.t && !wins_tie(w, &hit)) {
-        return false;
+    uint32_t instance = w->placement->id, triangle = block->triangles[lane];
+    if (__builtin_expect(t == w->best.t || (w->placement->filtered && w->filter != NULL), 0)) {
+        clast_hit hit = {.t = t, .u = u, .v = v, .instance = instance, .cluster = slot, .triangle = triangle};
+        if (is_refused(w, &hit)) {
+            return false;
+        }
     }
-    if (w->placement->filtered && w->filter != NULL && !w->filter->accepts(w->filter->user, w->ray, &hit)) {
-        return false;
-    }
-    w->best = hit;
+    w->best.t = t;
+    w->best.u = u;
+    w->best.v = v;
+    w->best.instance = instance;
+    w->best.cluster = slot;
+    w->best.triangle = triangle;
     w->best_placement = w->placement;
     w->best_block = block;
     w->best_lane = lane;
-    w->limit = scale_by(t, w->object.exponent);
+    set_limit(w);
     return w->any;
 }
 
@@ -165,8 +185,30 @@ CLAST_LANES clast_floats4 apply(const float columns[3][4], clast_floats4 v)
 // All three lanes are numbers of at most that size.
 CLAST_LANES bool are_below(clast_floats4 v, float most)
 {
-    clast_ints4 sound = abs4(v) <= splat4(most);
-    return (sound[0] & sound[1] & sound[2]) != 0;
+    return (bits4(abs4(v) <= splat4(most)) & 7) == 7;
+}
+
+// watertight_ray, in vectors, and what makes a distance of a depth.
+CLAST_LANES void set_shear(traversal *w, clast_floats4 origin, clast_floats4 direction, int exponent, int scale)
+{
+    clast_floats4 size = abs4(direction);
+    uint32_t axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
+    // The components that become x, y and z, and a one.
+    const clast_floats4 one = {1.0f, 1.0f, 1.0f, 1.0f};
+    clast_floats4 turned = axis == 0   ? __builtin_shufflevector(direction, one, 1, 2, 0, 4)
+                           : axis == 1 ? __builtin_shufflevector(direction, one, 2, 0, 1, 4)
+                                       : __builtin_shufflevector(direction, one, 0, 1, 2, 4);
+    clast_floats4 shear = turned / __builtin_shufflevector(turned, turned, 2, 2, 2, 2);
+    shear = pick4(abs4(shear) < splat4(WATERTIGHT_SHEAR_LEAST), splat4(0.0f), shear);
+    memcpy(&w->watertight.origin, &origin, sizeof w->watertight.origin);
+    w->watertight.scale = two_to(scale);
+    w->watertight.axis = axis;
+    w->watertight.shear_x = shear[0];
+    w->watertight.shear_y = shear[1];
+    int rest = -(exponent + scale), half = rest < -252 ? -126 : rest > 252 ? 126 : rest / 2;
+    rest = rest - half < -126 ? -126 : rest - half > 126 ? 126 : rest - half;
+    w->along = shear[3] * two_to(half);
+    w->along_rest = two_to(rest);
 }
 
 // Brings the ray into an instance's object space. False where it cannot hit anything there.
@@ -175,35 +217,36 @@ CLAST_LANES bool enter_instance(traversal *w, const clast_placement *placement, 
     if (placement->blas == NULL) {
         return false;
     }
-    clast_floats4 origin = apply(placement->to_object, load_three4(w->ray->origin) - load_three4(placement->origin));
-    clast_floats4 turned = apply(placement->to_object, direction);
-    float largest = largest_lane(abs4(turned)), reach = reach_of(origin, &placement->blas->tree.boxes[0]);
-    if (!(largest > 0.0f && are_below(turned, FLT_MAX) && are_below(origin, BOX_COORDINATE_MOST))) {
-        return false;
+    clast_floats4 origin = load_three4(w->ray->origin), turned = direction;
+    if (!placement->is_identity) {
+        origin = apply(placement->to_object, origin - load_three4(placement->origin));
+        turned = apply(placement->to_object, direction);
+        float largest = largest_lane(abs4(turned));
+        if (!(largest > 0.0f && are_below(turned, FLT_MAX) && are_below(origin, BOX_COORDINATE_MOST))) {
+            return false;
+        }
+        int own = exponent_of(largest);
+        turned = scale_lanes(turned, -own);
+        exponent += own;
     }
-    int own = exponent_of(largest);
-    turned = scale_lanes(turned, -own);
+    float reach = reach_of(origin, &placement->blas->tree.boxes[0]);
     w->placement = placement;
-    w->object = make_space(origin, turned, exponent + own, reach, reach * PAD_OBJECT, w->ray->t_min);
-    w->limit = scale_by(w->best.t, w->object.exponent);
-    int scale = reach > 0.0f ? (int)WATERTIGHT_EXPONENT - exponent_of(reach) : 0;
-    scale = scale > 126 ? 126 : scale;
-    w->watertight = watertight_ray(vec3(origin[0], origin[1], origin[2]), vec3(turned[0], turned[1], turned[2]),
-                                   two_to(scale));
-    int rest = -(exponent + own + scale), half = rest < -252 ? -126 : rest > 252 ? 126 : rest / 2;
-    rest = rest - half < -126 ? -126 : rest - half > 126 ? 126 : rest - half;
-    w->along = 1.0f / component3(turned, w->watertight.axis) * two_to(half);
-    w->along_rest = two_to(rest);
+    w->object = make_space(origin, turned, exponent, reach, reach * PAD_OBJECT, w->ray->t_min);
+    set_limit(w);
+    set_shear(w, origin, turned, exponent, scale_of(reach) - 127 + (int)WATERTIGHT_EXPONENT);
     return true;
 }
 
-// A ray that can hit something: all finite but t_max, a direction, a range.
-static inline bool is_valid_ray(const clast_ray *ray)
+// A ray that can hit something: all finite but t_max, a direction, a range. Gives the direction's largest component.
+CLAST_LANES bool is_valid_ray(const clast_ray *ray, float *largest)
 {
-    float largest = largest_of(ray->direction);
-    return is_sound_vertex(ray->origin) && largest > 0.0f && largest <= FLT_MAX &&
-           ray->direction[0] == ray->direction[0] && ray->direction[1] == ray->direction[1] &&
-           ray->direction[2] == ray->direction[2] && fabsf(ray->t_min) <= FLT_MAX && ray->t_min <= ray->t_max;
+    const clast_floats4 most = {BOX_COORDINATE_MOST, BOX_COORDINATE_MOST, BOX_COORDINATE_MOST, FLT_MAX};
+    const clast_ints4 three = {-1, -1, -1, 0};
+    clast_floats4 origin = load_four4(ray->origin); // and t_min
+    clast_floats4 direction = (clast_floats4)((clast_ints4)load_four4(ray->direction) & three);
+    *largest = largest_lane(abs4(direction));
+    return bits4((abs4(origin) <= most) & (abs4(direction) <= splat4(FLT_MAX))) == 15 && *largest > 0.0f &&
+           ray->t_min <= ray->t_max;
 }
 
 // Sets up a search: false where the ray can hit nothing. Gives its direction with the largest component in [1, 2), which
@@ -211,40 +254,55 @@ static inline bool is_valid_ray(const clast_ray *ray)
 CLAST_LANES bool begin_ray(traversal *w, const clast_tlas *tlas, clast_floats4 *direction, int *exponent)
 {
     const clast_ray *ray = w->ray;
-    w->best = (clast_hit){.t = ray->t_max <= FLT_MAX ? ray->t_max : FLT_MAX, .instance = CLAST_NONE};
+    float largest;
+    w->best.t = ray->t_max <= FLT_MAX ? ray->t_max : FLT_MAX;
     w->best_placement = NULL;
     w->steps = 0;
-    if (!tlas->visible || !is_valid_ray(ray)) {
+    if (!tlas->visible || !is_valid_ray(ray, &largest)) {
         return false;
     }
-    *exponent = exponent_of(largest_of(ray->direction));
+    *exponent = exponent_of(largest);
     *direction = scale_lanes(load_three4(ray->direction), -*exponent);
     return true;
 }
 
 // -------------------------------------------------------------------------------------------------------------- results
 
-// A vector in the world, scaled by a power of two so that its largest component is in [1, 2): products of two neither
-// overflow nor vanish.
-static inline vec3 world_edge(const clast_placement *placement, const float *from, const float *to)
+// A vector scaled by a power of two so that its largest component is in [1, 2): products of two neither overflow nor vanish.
+CLAST_LANES clast_floats4 scale_edge(clast_floats4 edge)
 {
-    clast_floats4 world = apply(placement->to_world, load_three4(to) - load_three4(from));
-    float largest = largest_lane(abs4(world));
-    return (vec3)scale_lanes(world, largest > 0.0f && largest <= FLT_MAX ? -exponent_of(largest) : 0);
+    float largest = largest_lane(abs4(edge));
+    return scale_lanes(edge, largest > 0.0f && largest <= FLT_MAX ? -exponent_of(largest) : 0);
 }
 
-static inline void store_normal(traversal *w)
+// The hit as the caller gets it: with the normal of the best triangle in the world, and the steps.
+CLAST_LANES void store_hit(const traversal *w, clast_hit *hit)
 {
     const clast_placement *placement = w->best_placement;
+    if (placement == NULL) {
+        *hit = (clast_hit){.t = w->best.t, .instance = CLAST_NONE, .steps = w->steps};
+        return;
+    }
     const float *vertices = clast_clas_vertices(clast_pool_slot(placement->blas->pool, w->best.cluster));
-    const float *corners[3];
+    clast_floats4 corners[3];
     for (uint32_t corner = 0; corner < 3; corner++) {
-        corners[corner] = vertices + 3 * (uint32_t)w->best_block->corners[corner][w->best_lane];
+        corners[corner] = load_three4(vertices + 3 * (uint32_t)w->best_block->corners[corner][w->best_lane]);
     }
-    vec3 normal = cross3(world_edge(placement, corners[0], corners[1]), world_edge(placement, corners[0], corners[2]));
+    clast_floats4 edges[2] = {corners[1] - corners[0], corners[2] - corners[0]};
+    for (int i = 0; i < 2; i++) {
+        edges[i] = scale_edge(placement->is_identity ? edges[i] : apply(placement->to_world, edges[i]));
+    }
+    vec3 normal = cross3((vec3)edges[0], (vec3)edges[1]);
+    hit->t = w->best.t;
+    hit->u = w->best.u;
+    hit->v = w->best.v;
     for (int axis = 0; axis < 3; axis++) {
-        w->best.normal[axis] = placement->mirrored ? -normal[axis] : normal[axis];
+        hit->normal[axis] = placement->mirrored ? -normal[axis] : normal[axis];
     }
+    hit->instance = w->best.instance;
+    hit->cluster = w->best.cluster;
+    hit->triangle = w->best.triangle;
+    hit->steps = w->steps;
 }
 
 #endif

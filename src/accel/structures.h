@@ -172,12 +172,9 @@ typedef struct clast_placement {
     uint32_t id;
     bool filtered;
     bool mirrored;
+    bool is_identity; // object space is the world
 } clast_placement;
 _Static_assert(sizeof(clast_placement) == 128, "a placement is two cache lines");
-
-// The map of an instance, and the box of what it places, in the world, padded for what transforming a ray rounds. Gives the
-// map's condition number: 1 where nothing can be hit, and the box is empty.
-float clast_place(const clast_tlas_instance *instance, clast_placement *placement, clast_box *box);
 
 struct clast_tlas {
     clast_context *context;
@@ -208,10 +205,17 @@ typedef void (*clast_closest_kernel)(const clast_tlas *tlas, const clast_ray *ra
 typedef void (*clast_any_kernel)(const clast_tlas *tlas, const clast_ray *rays, size_t count,
                                  const clast_hit_filter *filter, uint8_t *occluded);
 
+// The maps of instances, and the boxes of what they place, in the world, padded for what transforming a ray rounds. Instance i's
+// place is numbers[i], or first + i where `numbers` is null. Where nothing can be hit, the box is empty. Gives the largest
+// condition number of a map, at least 1.
+typedef float (*clast_place_kernel)(const clast_tlas_instance *instances, const uint32_t *numbers, size_t first,
+                                    size_t count, clast_placement *placements, clast_box *boxes);
+
 typedef struct clast_accel_kernels {
     clast_fit_kernel fit;
     clast_gather_kernel gather;
     clast_refit_kernel refit_nodes;
+    clast_place_kernel place;
     clast_closest_kernel closest;
     clast_any_kernel any;
 } clast_accel_kernels;
@@ -223,6 +227,8 @@ const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa);
     bool clast_gather_##set(float *to, const float *positions, size_t position_count, const uint32_t *numbers, \
                             uint32_t count); \
     void clast_refit_nodes_##set(clast_tree *tree, const clast_box *items, uint32_t begin, uint32_t end); \
+    float clast_place_##set(const clast_tlas_instance *instances, const uint32_t *numbers, size_t first, size_t count, \
+                            clast_placement *placements, clast_box *boxes); \
     void clast_closest_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, \
                              const clast_hit_filter *filter, clast_hit *hits); \
     void clast_any_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, \

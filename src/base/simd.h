@@ -136,6 +136,15 @@ CLAST_LANES uint32_t bits8(clast_ints8 mask)
 #endif
 }
 
+CLAST_LANES uint32_t bits4(clast_ints4 mask)
+{
+#if defined(__AVX2__) || defined(__SSE4_2__)
+    return (uint32_t)_mm_movemask_ps((__m128)mask);
+#else
+    return (uint32_t)((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
+}
+
 // Eight bytes as floats.
 CLAST_LANES clast_floats8 load_bytes8(const uint8_t *bytes)
 {
@@ -173,6 +182,13 @@ CLAST_LANES clast_floats8 splat_lane8(clast_floats4 v, int lane)
 #else
     return splat8(v[lane]);
 #endif
+}
+
+CLAST_LANES clast_floats4 load_four4(const float *p)
+{
+    clast_floats4 v;
+    memcpy(&v, p, sizeof v);
+    return v;
 }
 
 // Three floats and a zero. Reads nothing beyond the three.
