@@ -9,7 +9,9 @@
 
 enum {
     PLACE_GRAIN = 128,
-    MARK_GRAIN = 8,   // words of marks
+    MARK_GRAIN = 8,  // words of marks
+    NODE_AHEAD = 12, // nodes that are fetched before they are fitted, and what they are fitted to
+    BOXES_AHEAD = 6,
     UPDATE_SHARE = 4, // from a part of so many instances on, all nodes are fitted
     WORD_BITS = 64,
 };
@@ -159,6 +161,11 @@ typedef struct place_job {
     _Atomic size_t refused; // the first instance that cannot be
 } place_job;
 
+static const clast_accel_kernels *kernels_of(const clast_tlas *tlas)
+{
+    return clast_accel_kernels_of(clast_context_isa(tlas->context));
+}
+
 // Sets a bit that other threads may be beside.
 static void set_mark(uint64_t *marks, uint32_t number)
 {
@@ -170,13 +177,12 @@ static void place_range(void *data, size_t begin, size_t end, uint32_t worker)
     (void)worker;
     place_job *job = data;
     clast_tlas *tlas = job->tlas;
-    float spread = 1.0f;
+    const uint32_t *numbers = job->numbers != NULL ? job->numbers + begin : NULL;
+    float spread = kernels_of(tlas)->place(job->instances + begin, numbers, begin, end - begin, tlas->placements,
+                                           tlas->boxes);
     for (size_t i = begin; i < end; i++) {
-        size_t number = job->numbers != NULL ? job->numbers[i] : i;
-        float own = clast_place(&job->instances[i], &tlas->placements[number], &tlas->boxes[number]);
-        spread = own > spread ? own : spread;
         if (job->marking) {
-            set_mark(tlas->marks, tlas->leaves[number]);
+            set_mark(tlas->marks, tlas->leaves[job->numbers != NULL ? job->numbers[i] : i]);
         }
         if (job->instances[i].id == CLAST_NONE) {
             size_t first = atomic_load(&job->refused);
@@ -310,6 +316,7 @@ typedef struct level_job {
     clast_tlas *tlas;
     uint32_t begin, end; // of the level's nodes
     uint32_t first_word;
+    clast_refit_kernel refit;
 } level_job;
 
 // Of a word's bits, those of nodes [begin, end).
@@ -325,26 +332,63 @@ static uint64_t level_bits(const level_job *job, uint32_t word)
     return bits;
 }
 
-static void refit_marked(clast_tlas *tlas, uint32_t number)
+// Takes this level's bits out of the words [begin, end): a word may hold the ends of two levels, and others are set at the
+// same time.
+static uint32_t take_marked(const level_job *job, size_t begin, size_t end, uint32_t *marked)
 {
-    clast_box before = tlas->tree.boxes[number];
-    clast_tree_refit_node(&tlas->tree, tlas->boxes, number);
-    if (number != 0 && memcmp(&before, &tlas->tree.boxes[number], sizeof before) != 0) {
-        set_mark(tlas->marks, tlas->parents[number]);
-    }
-}
-
-// A word may hold the ends of two levels: this one's bits are taken out, others may be set at the same time.
-static void level_range(void *data, size_t begin, size_t end, uint32_t worker)
-{
-    (void)worker;
-    const level_job *job = data;
+    uint32_t count = 0;
     for (size_t i = begin; i < end; i++) {
         uint32_t word = job->first_word + (uint32_t)i;
         uint64_t own = level_bits(job, word);
         uint64_t bits = __atomic_fetch_and(&job->tlas->marks[word], ~own, __ATOMIC_RELAXED) & own;
         for (; bits != 0; bits &= bits - 1) {
-            refit_marked(job->tlas, word * WORD_BITS + (uint32_t)__builtin_ctzll(bits));
+            marked[count++] = word * WORD_BITS + (uint32_t)__builtin_ctzll(bits);
+        }
+    }
+    return count;
+}
+
+// What a node is fitted to lies all over memory.
+static void prefetch_boxes(const clast_tlas *tlas, uint32_t number)
+{
+    const clast_node *node = &tlas->tree.nodes[number];
+    for (uint32_t i = 0; i < node->child_count; i++) {
+        uint32_t child = node->children[i];
+        __builtin_prefetch((child & CLAST_CHILD_ITEM) != 0 ? &tlas->boxes[child & ~CLAST_CHILD_ITEM]
+                                                           : &tlas->tree.boxes[child]);
+    }
+}
+
+static void prefetch_node(const clast_tlas *tlas, uint32_t number)
+{
+    __builtin_prefetch(&tlas->tree.nodes[number], 1);
+    __builtin_prefetch((const char *)&tlas->tree.nodes[number] + sizeof(clast_node) - 1, 1);
+    __builtin_prefetch(&tlas->tree.boxes[number], 1);
+    __builtin_prefetch(&tlas->parents[number]);
+}
+
+static void level_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const level_job *job = data;
+    clast_tlas *tlas = job->tlas;
+    uint32_t marked[MARK_GRAIN * WORD_BITS];
+    uint32_t count = take_marked(job, begin, end, marked);
+    for (uint32_t i = 0; i < count + NODE_AHEAD; i++) {
+        if (i < count) {
+            prefetch_node(tlas, marked[i]);
+        }
+        if (i >= NODE_AHEAD - BOXES_AHEAD && i - (NODE_AHEAD - BOXES_AHEAD) < count) {
+            prefetch_boxes(tlas, marked[i - (NODE_AHEAD - BOXES_AHEAD)]);
+        }
+        if (i < NODE_AHEAD) {
+            continue;
+        }
+        uint32_t number = marked[i - NODE_AHEAD];
+        clast_box before = tlas->tree.boxes[number];
+        job->refit(&tlas->tree, tlas->boxes, number, number + 1);
+        if (number != 0 && memcmp(&before, &tlas->tree.boxes[number], sizeof before) != 0) {
+            set_mark(tlas->marks, tlas->parents[number]);
         }
     }
 }
@@ -354,7 +398,8 @@ static void refit_marked_nodes(clast_tlas *tlas)
 {
     const clast_tree *tree = &tlas->tree;
     for (uint32_t level = tree->level_count; level-- > 0;) {
-        level_job job = {tlas, tree->levels[level], tree->levels[level + 1], tree->levels[level] / WORD_BITS};
+        level_job job = {tlas, tree->levels[level], tree->levels[level + 1], tree->levels[level] / WORD_BITS,
+                         kernels_of(tlas)->refit_nodes};
         uint32_t words = (job.end - 1) / WORD_BITS + 1 - job.first_word;
         clast_parallel_for(tlas->context, words, MARK_GRAIN, level_range, &job);
     }
