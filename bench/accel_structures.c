@@ -83,8 +83,7 @@ static void add_templates(clast_context *context, structure *s, const clast_clus
         const clast_cluster *c = &clusters->clusters[i];
         s->first_vertex[i] = c->first_vertex;
         descs[i] = (clast_template_desc){c->triangle_count, c->vertex_count,
-                                         clusters->indices + 3 * (size_t)c->first_triangle,
-                                         s->vertices + 3 * (size_t)c->first_vertex};
+                                         clusters->indices + 3 * (size_t)c->first_triangle, NULL};
     }
     s->first_vertex[s->cluster_count] = s->vertex_count;
     uint32_t first;

@@ -70,7 +70,9 @@ typedef struct clast_template_desc {
     uint32_t triangle_count;     /**< 1 to 256 */
     uint32_t vertex_count;       /**< 1 to 256 */
     const uint8_t *indices;      /**< 3 for each triangle, each below vertex_count */
-    const float *rest_positions; /**< 3 for each vertex, typical, to build the treelet from; null: from the order */
+    /** 3 for each vertex, typical, to build the treelet from. Null: each eight triangles that follow each other become a
+     *  block; clast_clusterize gives clusters in an order made for that. */
+    const float *rest_positions;
 } clast_template_desc;
 
 CLAST_API clast_status clast_template_set_create(clast_context *context, clast_template_set **set);

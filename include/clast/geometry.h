@@ -23,7 +23,9 @@ typedef struct clast_cluster {
 typedef struct clast_clusters {
     clast_cluster *clusters;
     size_t cluster_count;
-    uint32_t *triangles; /**< for each triangle of the clusters, its number in the mesh: a permutation of all */
+    /** For each triangle of the clusters, its number in the mesh: a permutation of all. Each eight of a cluster that follow
+     *  each other are neighbours: templates of clusters need no rest positions (clast_template_desc). */
+    uint32_t *triangles;
     uint8_t *indices;    /**< 3 for each triangle, into its cluster's vertices; winding and first corner are kept */
     uint32_t *vertices;  /**< for each vertex of the clusters, the number of its position in the mesh */
     size_t vertex_count;

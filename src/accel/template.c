@@ -1,186 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
-// Template sets. A template's treelet is its triangles in blocks of eight, cut top down by the surface area heuristic: each
-// cut leaves a multiple of eight on one side, so that all blocks but one are full.
+// Template sets. A template's treelet is its triangles in blocks of eight, cut top down by the surface area heuristic;
+// only the last block may hold less (geometry/blocks.c).
 #include <math.h>
 #include <string.h>
 
 #include "accel/structures.h"
 #include "base/size.h"
 #include "base/thread.h"
+#include "geometry/blocks.h"
 
-enum { KEYS = 256, TEMPLATE_GRAIN = 16 };
+enum { TEMPLATE_GRAIN = 16 };
+_Static_assert((uint32_t)BLOCKS_PIECE == BLOCK_TRIANGLES, "triangles are ordered for the blocks of treelets");
 
-// ------------------------------------------------------------------------------------------------------------- cuts
+// ----------------------------------------------------------------------------------------------------------- treelets
 
-typedef struct cut_box {
-    float lower[3], upper[3];
-} cut_box;
-
-// A template being built: triangles in the order of their centres along each axis.
-typedef struct cutter {
-    cut_box boxes[TEMPLATE_TRIANGLES];
-    uint8_t orders[3][TEMPLATE_TRIANGLES];
-    uint8_t side[TEMPLATE_TRIANGLES]; // of the cut under way: 1 for those on the right
-    float right_areas[TEMPLATE_TRIANGLES + 1];
-} cutter;
-
-static void box_add(cut_box *to, const cut_box *box)
-{
-    for (int axis = 0; axis < 3; axis++) {
-        to->lower[axis] = box->lower[axis] < to->lower[axis] ? box->lower[axis] : to->lower[axis];
-        to->upper[axis] = box->upper[axis] > to->upper[axis] ? box->upper[axis] : to->upper[axis];
-    }
-}
-
-static float box_area(const cut_box *box)
-{
-    float x = box->upper[0] - box->lower[0], y = box->upper[1] - box->lower[1], z = box->upper[2] - box->lower[2];
-    return x * y + y * z + z * x;
-}
-
-// Rest positions scaled to about [0, 1], so that areas are finite; what is not finite goes to the corner.
-static void scale_positions(const clast_template_desc *desc, float (*scaled)[3])
+// Rest positions on the grid of step boxes; what is not finite goes to the corner. A fourth float each, zero.
+static void scale_positions(const clast_template_desc *desc, float (*scaled)[4])
 {
     float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
-    for (uint32_t i = 0; i < 3 * desc->vertex_count; i++) {
-        float x = desc->rest_positions[i];
-        if (fabsf(x) <= 1e36f) {
-            lower[i % 3] = x < lower[i % 3] ? x : lower[i % 3];
-            upper[i % 3] = x > upper[i % 3] ? x : upper[i % 3];
+    for (uint32_t i = 0; i < desc->vertex_count; i++) {
+        for (uint32_t axis = 0; axis < 3; axis++) {
+            float x = desc->rest_positions[3 * (size_t)i + axis];
+            if (fabsf(x) <= 1e36f) {
+                lower[axis] = x < lower[axis] ? x : lower[axis];
+                upper[axis] = x > upper[axis] ? x : upper[axis];
+            }
         }
     }
     float size = 0.0f;
     for (int axis = 0; axis < 3; axis++) {
         size = upper[axis] - lower[axis] > size ? upper[axis] - lower[axis] : size;
     }
-    float scale = size > 1e-37f ? 1.0f / size : 0.0f;
-    for (uint32_t i = 0; i < 3 * desc->vertex_count; i++) {
-        float x = desc->rest_positions[i];
-        scaled[i / 3][i % 3] = fabsf(x) <= 1e36f ? (x - lower[i % 3]) * scale : 0.0f;
+    float scale = size > 1e-30f ? STEP_BOX_STEPS / size : 0.0f;
+    for (uint32_t i = 0; i < desc->vertex_count; i++) {
+        for (uint32_t axis = 0; axis < 3; axis++) {
+            float x = desc->rest_positions[3 * (size_t)i + axis];
+            scaled[i][axis] = fabsf(x) <= 1e36f ? (x - lower[axis]) * scale : 0.0f;
+        }
+        scaled[i][3] = 0.0f;
     }
 }
 
-// Orders triangles by the upper eight bits of their centres along an axis; equal ones keep their order.
-static void sort_axis(cutter *c, uint32_t count, int axis)
+// The triangles, each eight a block: by their rest positions.
+static void order_triangles(const clast_template_desc *desc, uint16_t *order)
 {
-    uint8_t keys[TEMPLATE_TRIANGLES];
-    uint16_t places[KEYS + 1] = {0};
-    for (uint32_t i = 0; i < count; i++) {
-        float key = (c->boxes[i].lower[axis] + c->boxes[i].upper[axis]) * (0.5f * (KEYS - 1));
-        keys[i] = (uint8_t)(key > 0.0f ? key < KEYS - 1 ? key : KEYS - 1 : 0.0f);
-        places[keys[i] + 1]++;
-    }
-    for (uint32_t key = 0; key < KEYS; key++) {
-        places[key + 1] = (uint16_t)(places[key + 1] + places[key]);
-    }
-    for (uint32_t i = 0; i < count; i++) {
-        c->orders[axis][places[keys[i]]++] = (uint8_t)i;
-    }
-}
-
-static void cutter_begin(cutter *c, const clast_template_desc *desc)
-{
-    float scaled[TEMPLATE_VERTICES][3];
+    float scaled[TEMPLATE_VERTICES][4];
+    SORTED_ROOM(TEMPLATE_TRIANGLES) room;
+    sorted_boxes sorted = SORTED_IN(&room);
     scale_positions(desc, scaled);
     for (uint32_t i = 0; i < desc->triangle_count; i++) {
         const uint8_t *corner = desc->indices + 3 * (size_t)i;
-        cut_box *box = &c->boxes[i];
-        memcpy(box->lower, scaled[corner[0]], sizeof box->lower);
-        memcpy(box->upper, scaled[corner[0]], sizeof box->upper);
-        for (int k = 1; k < 3; k++) {
-            cut_box point;
-            memcpy(point.lower, scaled[corner[k]], sizeof point.lower);
-            memcpy(point.upper, scaled[corner[k]], sizeof point.upper);
-            box_add(box, &point);
-        }
+        lanes p = lanes_load(scaled[corner[0]]), q = lanes_load(scaled[corner[1]]), r = lanes_load(scaled[corner[2]]);
+        sorted.box[i] = step_box_from(lanes_min(lanes_min(p, q), r), lanes_max(lanes_max(p, q), r));
     }
-    for (int axis = 0; axis < 3; axis++) {
-        sort_axis(c, desc->triangle_count, axis);
-    }
+    clast_boxes_sort(&sorted, desc->triangle_count);
+    clast_boxes_order_blocks(&sorted, 0, desc->triangle_count, order);
 }
 
-typedef struct cut {
-    float cost;
-    int axis;
-    uint32_t left_count;
-} cut;
-
-// The cheapest cut of [begin, end) across one axis, if it is cheaper than `best`: area times blocks, summed.
-static void try_axis(cutter *c, uint32_t begin, uint32_t end, int axis, cut *best)
-{
-    const uint8_t *order = c->orders[axis] + begin;
-    uint32_t count = end - begin;
-    cut_box box = c->boxes[order[count - 1]];
-    for (uint32_t i = count; i-- > 1;) {
-        box_add(&box, &c->boxes[order[i]]);
-        c->right_areas[i] = box_area(&box);
-    }
-    box = c->boxes[order[0]];
-    for (uint32_t left = 1; left < count; left++) {
-        box_add(&box, &c->boxes[order[left - 1]]);
-        uint32_t right = count - left;
-        if (left % BLOCK_TRIANGLES != 0 && right % BLOCK_TRIANGLES != 0) {
-            continue;
-        }
-        float left_blocks = (float)((left + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES);
-        float right_blocks = (float)((right + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES);
-        float cost = box_area(&box) * left_blocks + c->right_areas[left] * right_blocks;
-        if (cost < best->cost) {
-            *best = (cut){cost, axis, left};
-        }
-    }
-}
-
-// Brings all orders into the halves of a cut, each keeping its order within.
-static void apply_cut(cutter *c, uint32_t begin, uint32_t end, const cut *chosen)
-{
-    for (uint32_t i = begin; i < end; i++) {
-        c->side[c->orders[chosen->axis][i]] = i - begin >= chosen->left_count;
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        uint8_t right[TEMPLATE_TRIANGLES];
-        uint32_t left_end = begin, right_count = 0;
-        for (uint32_t i = begin; i < end; i++) {
-            uint8_t triangle = c->orders[axis][i];
-            if (c->side[triangle]) {
-                right[right_count++] = triangle;
-            } else {
-                c->orders[axis][left_end++] = triangle;
-            }
-        }
-        memcpy(c->orders[axis] + left_end, right, right_count);
-    }
-}
-
-// Cuts all triangles into blocks, left to right; gives the block's triangles one after the other in `orders[0]`, and the
-// length of each block.
-static uint32_t cut_blocks(cutter *c, uint32_t count, uint32_t lengths[TEMPLATE_BLOCKS])
-{
-    uint32_t ends[TEMPLATE_BLOCKS + 1] = {count}; // of what waits, the next on top
-    uint32_t waiting = 1, begin = 0, blocks = 0;
-    while (waiting > 0) {
-        uint32_t end = ends[waiting - 1];
-        if (end - begin <= BLOCK_TRIANGLES) {
-            lengths[blocks++] = end - begin;
-            begin = end;
-            waiting--;
-            continue;
-        }
-        cut best = {INFINITY, 0, BLOCK_TRIANGLES};
-        for (int axis = 0; axis < 3; axis++) {
-            try_axis(c, begin, end, axis, &best);
-        }
-        apply_cut(c, begin, end, &best);
-        ends[waiting++] = begin + best.left_count;
-    }
-    return blocks;
-}
-
-static void fill_block(clast_block *block, const clast_template_desc *desc, const uint8_t *order, uint32_t count)
+static void fill_block(clast_block *block, const clast_template_desc *desc, const uint16_t *order, uint32_t count)
 {
     for (uint32_t lane = 0; lane < BLOCK_TRIANGLES; lane++) {
-        uint8_t triangle = order[lane < count ? lane : 0];
-        block->triangles[lane] = triangle;
+        uint32_t triangle = order[lane < count ? lane : 0];
+        block->triangles[lane] = (uint8_t)triangle;
         for (uint32_t corner = 0; corner < 3; corner++) {
             block->corners[corner][lane] = desc->indices[3 * (size_t)triangle + corner];
         }
@@ -200,29 +81,23 @@ static bool uses_all_vertices(const clast_template_desc *desc)
 
 void clast_template_build(clast_template *made, const clast_template_desc *desc)
 {
-    cutter c;
-    uint32_t lengths[TEMPLATE_BLOCKS];
+    uint16_t order[TEMPLATE_TRIANGLES];
     uint32_t count = desc->triangle_count;
     made->triangle_count = (uint16_t)count;
     made->vertex_count = (uint16_t)desc->vertex_count;
+    made->block_count = (uint16_t)clast_blocks_of(count);
     made->all_used = uses_all_vertices(desc);
     if (desc->rest_positions != NULL) {
-        cutter_begin(&c, desc);
-        made->block_count = (uint16_t)cut_blocks(&c, count, lengths);
+        order_triangles(desc, order);
     } else {
-        made->block_count = (uint16_t)clast_blocks_of(desc->triangle_count);
         for (uint32_t i = 0; i < count; i++) {
-            c.orders[0][i] = (uint8_t)i;
-        }
-        for (uint32_t i = 0; i < made->block_count; i++) {
-            uint32_t left = count - i * BLOCK_TRIANGLES;
-            lengths[i] = left < BLOCK_TRIANGLES ? left : BLOCK_TRIANGLES;
+            order[i] = (uint16_t)i;
         }
     }
-    const uint8_t *order = c.orders[0];
-    for (uint32_t i = 0; i < made->block_count; i++) {
-        fill_block(&made->blocks[i], desc, order, lengths[i]);
-        order += lengths[i];
+    for (uint32_t i = 0; i < count; i += BLOCK_TRIANGLES) {
+        uint32_t left = count - i;
+        fill_block(&made->blocks[i / BLOCK_TRIANGLES], desc, order + i,
+                   left < BLOCK_TRIANGLES ? left : BLOCK_TRIANGLES);
     }
 }
 

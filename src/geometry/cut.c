@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The upper part of the clusterizer: binned surface area heuristic (Wald 2007, "On fast construction of SAH-based bounding
-// volume hierarchies") along the longest axis of the centres, over ranges that are parted in place. (All three axes were tried:
-// the clusters were no better.) Every step gives the same order of boxes whatever the number of threads: chunks have a fixed
-// size, and what is reduced over them (smallest, largest, count) is exact in any order.
+// The upper part of the clusterizer: binned surface area heuristic (Wald 2007, "On fast construction of SAH-based
+// bounding volume hierarchies") along the longest axis of the centres, over ranges of cells that are parted in place.
+// (All three axes were tried: the clusters were no better.) Every step gives the same order of boxes whatever the
+// number of threads: chunks have a fixed size, and what is reduced over them (smallest, largest, count) is exact in any
+// order.
 #include "geometry/cut.h"
 
 #include <math.h>
@@ -13,7 +14,7 @@ enum { BINS = 32, PARALLEL_CHUNK = 8192 };
 
 typedef struct cut_bins {
     lanes lower[BINS], upper[BINS];
-    uint32_t count[BINS];
+    uint32_t count[BINS], triangles[BINS];
 } cut_bins;
 
 // How a centre becomes a bin, and which bins go left.
@@ -21,6 +22,7 @@ typedef struct cut_plane {
     uint32_t axis;
     float origin, scale; // a scale of 0 is a range that no axis tells apart
     int32_t last_left;
+    uint32_t left_triangles;
 } cut_plane;
 
 float clast_cut_scale(lanes lower, lanes upper)
@@ -31,17 +33,6 @@ float clast_cut_scale(lanes lower, lanes upper)
         longest = sides[axis] > longest ? sides[axis] : longest;
     }
     return longest > CUT_FLAT ? 1.0f / longest : 1.0f;
-}
-
-void clast_cut_measure(const cut_box *boxes, cut_range *range)
-{
-    range->centre_lower = box_none_lower();
-    range->centre_upper = box_none_upper();
-    for (uint32_t i = 0; i < range->count; i++) {
-        lanes centre = cut_centre(&boxes[range->begin + i]);
-        range->centre_lower = lanes_min(range->centre_lower, centre);
-        range->centre_upper = lanes_max(range->centre_upper, centre);
-    }
 }
 
 static cut_plane plane_of(const cut_range *range)
@@ -70,6 +61,7 @@ static void bins_clear(cut_bins *bins)
         bins->lower[i] = box_none_lower();
         bins->upper[i] = box_none_upper();
         bins->count[i] = 0;
+        bins->triangles[i] = 0;
     }
 }
 
@@ -79,6 +71,7 @@ static inline void bins_add(cut_bins *bins, const cut_plane *plane, const cut_bo
     bins->lower[bin] = lanes_min(bins->lower[bin], lanes_three(&box->lower));
     bins->upper[bin] = lanes_max(bins->upper[bin], lanes_three(&box->upper));
     bins->count[bin]++;
+    bins->triangles[bin] += box->upper.number;
 }
 
 static void bins_join(cut_bins *bins, const cut_bins *more)
@@ -87,11 +80,12 @@ static void bins_join(cut_bins *bins, const cut_bins *more)
         bins->lower[i] = lanes_min(bins->lower[i], more->lower[i]);
         bins->upper[i] = lanes_max(bins->upper[i], more->upper[i]);
         bins->count[i] += more->count[i];
+        bins->triangles[i] += more->triangles[i];
     }
 }
 
-// Neighbours in the array mostly share a bin: two sets of bins, for the two halves, so that one addition need not wait for
-// the one before.
+// Neighbours in the array mostly share a bin: two sets of bins, for the two halves, so that one addition need not wait
+// for the one before.
 static void bins_fill(cut_bins *bins, const cut_plane *plane, const cut_box *boxes, size_t count)
 {
     cut_bins second;
@@ -128,7 +122,7 @@ static void choose_plane(const cut_bins *bins, const cut_limits *limits, cut_pla
     for (int i = BINS - 1; i > 0; i--) {
         lower = lanes_min(lower, bins->lower[i]);
         upper = lanes_max(upper, bins->upper[i]);
-        count += bins->count[i];
+        count += bins->triangles[i];
         right_count[i] = count;
         right[i] = box_half_area(lanes_multiply(lower, factor), lanes_multiply(upper, factor));
     }
@@ -136,28 +130,36 @@ static void choose_plane(const cut_bins *bins, const cut_limits *limits, cut_pla
     upper = box_none_upper();
     count = 0;
     plane->last_left = 0;
+    plane->left_triangles = bins->triangles[0];
     for (int i = 0; i + 1 < BINS; i++) {
         lower = lanes_min(lower, bins->lower[i]);
         upper = lanes_max(upper, bins->upper[i]);
-        count += bins->count[i];
+        count += bins->triangles[i];
         float left = box_half_area(lanes_multiply(lower, factor), lanes_multiply(upper, factor));
         float here = left * clusters_of(count, limits) + right[i + 1] * clusters_of(right_count[i + 1], limits);
         if (here < cost) {
             cost = here;
             plane->last_left = i;
+            plane->left_triangles = count;
         }
     }
 }
 
-// Where no axis tells the centres apart, any halves are as good, and best those of full clusters.
-static void halve(const cut_range *range, const cut_limits *limits, cut_pair *pair)
+void clast_cut_halve(const cut_box *boxes, const cut_range *range, const cut_limits *limits, cut_pair *pair)
 {
-    uint32_t left = range->count / 2 / limits->triangles * limits->triangles;
-    left = left != 0 ? left : 1;
+    // Those of full clusters are best, where each cell is a triangle.
+    uint32_t left = range->count / 2 / limits->triangles * limits->triangles, triangles = 0;
+    left = left != 0 ? left : range->count / 2;
+    for (uint32_t i = range->begin; i < range->begin + left; i++) {
+        triangles += boxes[i].upper.number;
+    }
     pair->left = pair->right = *range;
     pair->left.count = left;
+    pair->left.triangles = triangles;
     pair->right.begin += left;
     pair->right.count -= left;
+    pair->right.first += triangles;
+    pair->right.triangles -= triangles;
 }
 
 // ----------------------------------------------------------------------------------------------------------- parting
@@ -207,10 +209,16 @@ static size_t part(cut_box *boxes, size_t count, const cut_plane *plane, centre_
     return left;
 }
 
-static void pair_from(const cut_range *range, size_t left, const centre_boxes *centres, cut_pair *pair)
+static void pair_from(const cut_range *range, size_t left, uint32_t triangles, const centre_boxes *centres,
+                      cut_pair *pair)
 {
-    pair->left = (cut_range){range->begin, (uint32_t)left, centres->lower[0], centres->upper[0]};
-    pair->right = (cut_range){range->begin + (uint32_t)left, range->count - (uint32_t)left, centres->lower[1],
+    pair->left = (cut_range){range->begin, (uint32_t)left,    range->first,
+                             triangles,    centres->lower[0], centres->upper[0]};
+    pair->right = (cut_range){range->begin + (uint32_t)left,
+                              range->count - (uint32_t)left,
+                              range->first + triangles,
+                              range->triangles - triangles,
+                              centres->lower[1],
                               centres->upper[1]};
 }
 
@@ -218,7 +226,7 @@ void clast_cut_in_two_alone(cut_box *boxes, const cut_range *range, const cut_li
 {
     cut_plane plane = plane_of(range);
     if (plane.scale == 0.0f) {
-        halve(range, limits, pair);
+        clast_cut_halve(boxes, range, limits, pair);
         return;
     }
     cut_bins bins;
@@ -228,7 +236,7 @@ void clast_cut_in_two_alone(cut_box *boxes, const cut_range *range, const cut_li
     centre_boxes centres;
     centres_clear(&centres);
     size_t left = part(boxes + range->begin, range->count, &plane, &centres);
-    pair_from(range, left, &centres, pair);
+    pair_from(range, left, plane.left_triangles, &centres, pair);
 }
 
 // ------------------------------------------------------------------------------------------------------- all threads
@@ -359,7 +367,7 @@ static void cut_on_all_threads(clast_context *context, cut_job *job, const cut_r
             job->centres[0].upper[side] = lanes_max(job->centres[0].upper[side], job->centres[i].upper[side]);
         }
     }
-    pair_from(range, job->left, &job->centres[0], pair);
+    pair_from(range, job->left, job->plane.left_triangles, &job->centres[0], pair);
 }
 
 clast_status clast_cut_in_two(clast_context *context, cut_box *boxes, const cut_range *range, const cut_limits *limits,
@@ -367,7 +375,7 @@ clast_status clast_cut_in_two(clast_context *context, cut_box *boxes, const cut_
 {
     cut_plane plane = plane_of(range);
     if (plane.scale == 0.0f) {
-        halve(range, limits, pair);
+        clast_cut_halve(boxes, range, limits, pair);
         return CLAST_OK;
     }
     uint32_t workers = clast_worker_count(context);

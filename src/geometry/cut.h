@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two halves of the clusterizer. cut.c sorts the boxes of a mesh's triangles into small groups, top down, in place;
-// group.c cuts a group into clusters.
+// The steps of the clusterizer: cells.c makes cells of a few triangles each; cut.c parts the cells, then the triangles
+// of a part, into groups, top down, in place; group.c cuts a group into clusters.
 #ifndef CLAST_GEOMETRY_CUT_H
 #define CLAST_GEOMETRY_CUT_H
 
@@ -8,24 +8,23 @@
 #include "geometry/lanes.h"
 
 enum {
-    CUT_GROUP_MOST = 2048,  // triangles of a group; below 65536 / 3, as corners are numbered by 16 bits
-    CUT_ALONE_MOST = 32768, // triangles that one thread cuts alone
+    CUT_GROUP_MOST = 2048, // triangles of a group; below 65536 / 3, as corners are numbered by 16 bits
 };
 
-// A triangle's box, as two registers whose last lanes are put to use.
+// The box of a cell or of a triangle, as two registers whose last lanes are put to use.
 typedef struct cut_corner {
     float v[3];
-    uint32_t
-        number; // lower: the triangle. upper: of a cluster's first triangle, the cluster's triangles * 65536 + vertices
+    uint32_t number; // lower: the triangle, or where those of a cell begin; upper: how many they are
 } cut_corner;
 
 typedef struct cut_box {
     cut_corner lower, upper;
 } cut_box;
 
-// A range of boxes, and the box of their centres.
+// A range of boxes, and the box of their centres. Its triangles will stand at `first` of the result.
 typedef struct cut_range {
     uint32_t begin, count;
+    uint32_t first, triangles;
     lanes centre_lower, centre_upper;
 } cut_range;
 
@@ -47,32 +46,41 @@ static inline lanes cut_centre(const cut_box *box)
 // A scale for a box's coordinates that keeps products of its sides finite.
 float clast_cut_scale(lanes lower, lanes upper);
 
-// The range's box of centres.
-void clast_cut_measure(const cut_box *boxes, cut_range *range);
-
-// Parts a range in two, each with one triangle at least, and sorts the boxes accordingly. With `context`, on all threads;
-// null on this one.
+// Parts a range of two boxes or more in two, each with one at least, and sorts the boxes accordingly; on all threads,
+// or on this one.
 typedef struct cut_pair {
     cut_range left, right;
 } cut_pair;
 clast_status clast_cut_in_two(clast_context *context, cut_box *boxes, const cut_range *range, const cut_limits *limits,
                               cut_pair *pair);
 void clast_cut_in_two_alone(cut_box *boxes, const cut_range *range, const cut_limits *limits, cut_pair *pair);
+// Any halves, by number. Boxes stay where they are.
+void clast_cut_halve(const cut_box *boxes, const cut_range *range, const cut_limits *limits, cut_pair *pair);
 
 // What one thread needs to cut groups.
 typedef struct group group;
 size_t clast_group_size(void);
 
-// Cuts boxes [begin, begin + count), at most CUT_GROUP_MOST, into clusters: writes `triangles` and `indices` of that range
-// and the boxes' `cluster`. Adds to the counts.
+// The clusters of a range of triangles, as they come: the vertices of each from the front of `words` on, and from the
+// back for each cluster its triangles * 65536 + vertices. Where triangles share little, there is no room for the
+// vertices: they are left out then.
+typedef struct group_output {
+    uint32_t *words; // two for each triangle of the range
+    size_t word_count;
+    size_t triangles_left; // of the range, to be cut yet
+    size_t clusters, vertices;
+    bool vertices_fit;
+} group_output;
+
 typedef struct group_job {
-    cut_box *boxes;
+    const cut_box *boxes; // of triangles
     const uint32_t *mesh_indices;
     cut_limits limits;
     uint32_t *triangles;
     uint8_t *indices;
 } group_job;
-void clast_group_cut(group *scratch, const group_job *job, uint32_t begin, uint32_t count, uint32_t *clusters,
-                     uint64_t *vertices);
+
+// Cuts a range of at most CUT_GROUP_MOST triangles into clusters: writes `triangles` and `indices` of that range.
+void clast_group_cut(group *scratch, const group_job *job, const cut_range *range, group_output *output);
 
 #endif

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boxes in registers of four floats, the last of them zero: what the clusterizer's inner loops need, with the same bits on
-// every machine. (SSE2 is part of every x86-64, so no kernels for several instruction sets.)
+// Boxes in registers of four floats, the last of them zero: what the clusterizer's inner loops need, with the same bits
+// on every machine. (SSE2 is part of every x86-64, so no kernels for several instruction sets.)
 #ifndef CLAST_GEOMETRY_LANES_H
 #define CLAST_GEOMETRY_LANES_H
 
 #include <float.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -61,6 +62,32 @@ static inline lanes lanes_finite(const float *values)
     __m128 a = _mm_movelh_ps(_mm_castpd_ps(_mm_set_sd(two)), _mm_load_ss(values + 2));
     __m128 magnitude = _mm_and_ps(a, _mm_castsi128_ps(_mm_set1_epi32(0x7fffffff)));
     return _mm_add_ps(_mm_and_ps(a, _mm_cmple_ps(magnitude, _mm_set1_ps(FLT_MAX))), _mm_setzero_ps());
+}
+
+// The same where they are known to be ordinary numbers.
+static inline lanes lanes_ordinary(const float *values)
+{
+    double two;
+    memcpy(&two, values, sizeof two); // may be misaligned for a double
+    return _mm_movelh_ps(_mm_castpd_ps(_mm_set_sd(two)), _mm_load_ss(values + 2));
+}
+
+// Marks lanes that are larger in size than `most`, or no numbers.
+static inline lanes lanes_wild(lanes a, float most)
+{
+    __m128 magnitude = _mm_and_ps(a, _mm_castsi128_ps(_mm_set1_epi32(0x7fffffff)));
+    return _mm_cmpnle_ps(magnitude, _mm_set1_ps(most));
+}
+
+// Marks of either.
+static inline lanes lanes_either(lanes a, lanes b)
+{
+    return _mm_or_ps(a, b);
+}
+
+static inline bool lanes_any(lanes marks)
+{
+    return _mm_movemask_ps(marks) != 0;
 }
 
 static inline void lanes_truncate(int32_t *integers, lanes a)
@@ -131,7 +158,25 @@ static inline lanes lanes_finite(const float *values)
 {
     EACH_LANE(i < 3 && values[i] >= -FLT_MAX && values[i] <= FLT_MAX ? values[i] + 0.0f : 0.0f);
 }
+
+static inline lanes lanes_ordinary(const float *values)
+{
+    EACH_LANE(i < 3 ? values[i] : 0.0f);
+}
+static inline lanes lanes_wild(lanes a, float most)
+{
+    EACH_LANE(a.v[i] >= -most && a.v[i] <= most ? 0.0f : 1.0f);
+}
+static inline lanes lanes_either(lanes a, lanes b)
+{
+    EACH_LANE(a.v[i] + b.v[i]);
+}
 #undef EACH_LANE
+
+static inline bool lanes_any(lanes marks)
+{
+    return marks.v[0] + marks.v[1] + marks.v[2] + marks.v[3] > 0.0f;
+}
 
 static inline void lanes_truncate(int32_t *integers, lanes a)
 {

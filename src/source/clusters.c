@@ -253,7 +253,7 @@ static void gather_range(void *data, size_t begin, size_t end, uint32_t worker)
             .triangle_count = from.triangle_count,
             .vertex_count = from.vertex_count,
             .indices = job->clusters->indices + 3 * (size_t)from.first_triangle,
-            .rest_positions = unit->positions[from.first_vertex].v,
+            .rest_positions = NULL, // clusters come in the order of their blocks
         };
     }
 }
