@@ -300,6 +300,79 @@ static void threads_change_no_bit(void **state)
     free(numbers);
 }
 
+// Where a BLAS lies is the only thing that may differ.
+static void assert_same_placements(const clast_tlas *a, const clast_tlas *b)
+{
+    for (uint32_t i = 0; i < a->placement_count; i++) {
+        clast_placement one = a->placements[i], other = b->placements[i];
+        assert_int_equal(one.blas != NULL, other.blas != NULL);
+        one.blas = other.blas = NULL;
+        assert_memory_equal(&one, &other, offsetof(clast_placement, is_identity) + 1); // and a gap
+    }
+    assert_memory_equal(a->boxes, b->boxes, a->placement_count * sizeof *a->boxes);
+    assert_memory_equal(a->tree.nodes, b->tree.nodes, a->tree.node_count * sizeof *a->tree.nodes);
+    assert_true(a->spread == b->spread);
+}
+
+static void instruction_sets_change_no_bit(void **state)
+{
+    stage plain, s;
+    clast_context *context;
+    assert_int_equal(clast_context_create(&(clast_context_desc){.isa = CLAST_ISA_PLAIN}, &context), CLAST_OK);
+    stage_begin(context, &plain);
+#define COMPARE(name, value, text) \
+    clast_context *context_##name; \
+    if (clast_context_create(&(clast_context_desc){.isa = name}, &context_##name) == CLAST_OK) { \
+        stage_begin(context_##name, &s); \
+        assert_same_placements(s.tlas, plain.tlas); \
+        for (uint32_t count = 1; count < 20; count++) { \
+            plain.r = s.r = (randoms){count}; \
+            change_some(context_##name, &s, count); \
+            change_some(context, &plain, count); \
+            assert_same_placements(s.tlas, plain.tlas); \
+        } \
+        stage_end(&s); \
+        stage_end(&plain); \
+        stage_begin(context, &plain); \
+        clast_context_destroy(context_##name); \
+    }
+    CLAST_ISA_LIST(COMPARE)
+    stage_end(&plain);
+    clast_context_destroy(context);
+    (void)state;
+}
+
+// What the map's condition number says of hits beside their boxes is true: points of the object's box, mapped exactly, lie
+// in the box in the world.
+static void boxes_hold_what_they_place(void **state)
+{
+    clast_context *context = *state;
+    stage s;
+    stage_begin(context, &s);
+    uint32_t seen = 0;
+    for (uint32_t i = 0; i < INSTANCES; i++) {
+        const clast_tlas_instance *instance = &s.instances[i];
+        if (s.tlas->placements[i].blas == NULL) {
+            assert_true(s.tlas->boxes[i].lower.v[0] > s.tlas->boxes[i].upper.v[0]);
+            continue;
+        }
+        clast_box object = s.tlas->placements[i].blas->tree.boxes[0], world = s.tlas->boxes[i];
+        for (uint32_t corner = 0; corner < 8; corner++) {
+            for (int axis = 0; axis < 3; axis++) {
+                double x = (double)instance->transform[axis][3];
+                for (int k = 0; k < 3; k++) {
+                    x += (double)instance->transform[axis][k] *
+                         (double)((corner >> k & 1) != 0 ? object.upper.v[k] : object.lower.v[k]);
+                }
+                assert_true((double)world.lower.v[axis] < x && (double)world.upper.v[axis] > x);
+            }
+        }
+        seen++;
+    }
+    assert_true(seen > INSTANCES / 2);
+    stage_end(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -311,6 +384,8 @@ int main(void)
         CONTEXT_TEST(what_cannot_be_is_refused_and_changes_nothing),
         CONTEXT_TEST(the_worst_map_is_remembered),
         cmocka_unit_test(threads_change_no_bit),
+        CONTEXT_TEST(instruction_sets_change_no_bit),
+        CONTEXT_TEST(boxes_hold_what_they_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
