@@ -39,8 +39,9 @@ typedef struct clast_ray {
  *  side of the BLAS's box, L the triangle's longest edge, and A twice its area as seen along the ray. Then the ray's line
  *  passes the triangle within 2^-20 M, and `origin + t * direction` is within 2^-19 M + 2^-17 L^3 / A of the point with weights
  *  u and v, and within 2^-19 M + 4 L where A is almost nothing: only a triangle seen edge on is hit anywhere but where the
- *  ray passes it. u and v are not negative, and their sum is at most 1 but for rounding. A transform adds what bringing the
- *  ray to that space and t back rounds: some units in the last place, times the transform's condition. */
+ *  ray passes it. u and v are not negative, and their sum is at most 1 but for rounding. A transform T with condition C,
+ *  the largest row sum of |T| |T^-1|, adds 2^-17 C D to both in the world, where D is the largest distance from the ray's
+ *  origin to the instance's box there or to where T puts the object's origin. */
 typedef struct clast_hit {
     float t;
     float u, v; /**< weights of the triangle's second and third corner */
@@ -67,9 +68,9 @@ typedef struct clast_template_set clast_template_set;
 
 /** A cluster's topology. */
 typedef struct clast_template_desc {
-    uint32_t triangle_count;     /**< 1 to 256 */
-    uint32_t vertex_count;       /**< 1 to 256 */
-    const uint8_t *indices;      /**< 3 for each triangle, each below vertex_count */
+    uint32_t triangle_count; /**< 1 to 256 */
+    uint32_t vertex_count;   /**< 1 to 256 */
+    const uint8_t *indices;  /**< 3 for each triangle, each below vertex_count */
     /** 3 for each vertex, typical, to build the treelet from. Null: each eight triangles that follow each other become a
      *  block; clast_clusterize gives clusters in an order made for that. */
     const float *rest_positions;

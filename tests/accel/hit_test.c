@@ -221,6 +221,88 @@ static void hits_lie_on_triangles_far_away(void **state)
     hits_lie_on_triangles(*state, m, 100000);
 }
 
+// The largest row sum of |m| |m^-1|.
+static double condition_of(const float map[3][4])
+{
+    double inverse[3][3], determinant = 0.0, most = 0.0;
+    for (int i = 0; i < 9; i++) {
+        int r = (i % 3 + 1) % 3, s = (i % 3 + 2) % 3, c = (i / 3 + 1) % 3, d = (i / 3 + 2) % 3;
+        inverse[i / 3][i % 3] = (double)map[r][c] * (double)map[s][d] - (double)map[r][d] * (double)map[s][c];
+    }
+    for (int k = 0; k < 3; k++) {
+        determinant += (double)map[0][k] * inverse[k][0];
+    }
+    for (int i = 0; i < 3; i++) {
+        double sum = 0.0;
+        for (int k = 0; k < 9; k++) {
+            sum += fabs((double)map[i][k / 3]) * fabs(inverse[k / 3][k % 3] / determinant);
+        }
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+static mesh placed(const mesh *m, const float map[3][4])
+{
+    mesh world = mesh_of(m->vertex_count, m->triangle_count);
+    memcpy(world.indices, m->indices, 12 * (size_t)m->triangle_count);
+    for (uint32_t i = 0; i < 3 * m->vertex_count; i++) {
+        const float *p = m->positions + 3 * (size_t)(i / 3), *row = map[i % 3];
+        world.positions[i] = (float)((double)row[0] * (double)p[0] + (double)row[1] * (double)p[1] +
+                                     (double)row[2] * (double)p[2] + (double)row[3]);
+    }
+    return world;
+}
+
+// The bounds of the world's boxes: 2^-17 times the condition, of the distance and of the object's size.
+static void hits_lie_on_transformed_triangles(void **state)
+{
+    clast_context *context = *state;
+    mesh m = mesh_soup(500, 0.2f, 8);
+    clustered c;
+    clast_tlas *tlas;
+    assert_ok(context, clustered_make(context, &m, 128, &c));
+    assert_ok(context, clast_tlas_create(context, &tlas));
+    randoms r = {9};
+    worst w = {0};
+    for (uint32_t turn = 0; turn < 100; turn++) {
+        clast_tlas_instance instance = instance_of(c.blas, 0);
+        for (uint32_t k = 0; k < 12; k++) {
+            float most = k % 4 == 3 ? (turn % 3 == 0 ? 100.0f : 1.0f) : 1.5f;
+            instance.transform[k / 4][k % 4] += random_between(&r, -most, most);
+        }
+        double condition = condition_of((const float(*)[4])instance.transform);
+        if (condition > 1e3) {
+            continue;
+        }
+        mesh world = placed(&m, (const float(*)[4])instance.transform);
+        assert_ok(context, clast_tlas_build(tlas, &instance, 1, CLAST_BUILD_BEST));
+        for (uint32_t i = 0; i < 2000; i++) {
+            clast_ray ray = ray_at(&world, &r);
+            clast_hit hit;
+            clast_trace_closest(tlas, &ray, 1, NULL, &hit);
+            if (hit.instance == 0) {
+                uint32_t triangle = c.first_triangles[hit.cluster] + hit.triangle;
+                const float *p = world.positions + 3 * (size_t)world.indices[3 * triangle];
+                double reach = 10.0;
+                for (int axis = 0; axis < 3; axis++) { // the instance is not larger than ten
+                    reach = fmax(reach, 10.0 + fabs((double)p[axis] - (double)ray.origin[axis]));
+                    reach = fmax(reach, fabs((double)ray.origin[axis] - (double)instance.transform[axis][3]));
+                }
+                check_hit(&world, triangle, &ray, &hit, 8.0 * condition * reach, &w);
+            }
+        }
+        mesh_free(&world);
+    }
+    printf("%u hits; %.3f of the bound for lines, %.3f of that for points\n", w.hits, w.line, w.point);
+    assert_true(w.hits > 10000);
+    assert_true(w.line <= 1.0);
+    assert_true(w.point <= 1.0);
+    clast_tlas_destroy(tlas);
+    clustered_free(&c);
+    mesh_free(&m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -230,6 +312,7 @@ int main(void)
         CONTEXT_TEST(hits_lie_on_slivers),
         CONTEXT_TEST(hits_lie_on_the_triangles_of_a_plane_seen_edge_on),
         CONTEXT_TEST(hits_lie_on_triangles_far_away),
+        CONTEXT_TEST(hits_lie_on_transformed_triangles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -50,9 +50,12 @@ uint32_t surfaces_load_all(clast_context *context, const char *folder, surface *
 // ------------------------------------------------------------------------------------------------------------ clusters
 
 typedef struct clusters {
+    clast_context *context;
     clast_template_set *set;
     clast_clas_pool *pool;
-    clast_blas *blas;
+    clast_blas *tree;
+    clast_blas *blas;    // what rays are traced through: the tree, or a mapped copy
+    void *block;         // of the copy
     float *vertices;     // of all clusters
     uint32_t *sources;   // their numbers in the mesh
     uint32_t *firsts;    // of each cluster, in sources
@@ -65,6 +68,8 @@ typedef enum cluster_kind {
     CLUSTERS_FULL,    // 256 triangles, no rest positions
     CLUSTERS_TINY,    // 5 triangles
     CLUSTERS_IN_TURN, // 100 consecutive triangles: with gaps between
+    CLUSTERS_OWN,     // built one by one, without templates
+    CLUSTERS_MAPPED,  // written as a block and used in place
     CLUSTERS_GRIDS,   // grids of many sizes
     CLUSTER_KINDS
 } cluster_kind;

@@ -5,7 +5,7 @@
 
 const char *cluster_kind_name(cluster_kind kind)
 {
-    static const char *const names[CLUSTER_KINDS] = {"cut", "full", "tiny", "in turn", "grids"};
+    static const char *const names[CLUSTER_KINDS] = {"cut", "full", "tiny", "in turn", "own", "mapped", "grids"};
     return names[kind];
 }
 
@@ -14,7 +14,9 @@ typedef struct builder {
     clusters *c;
     size_t vertex_capacity, cluster_capacity;
     clast_template_desc *descs;
-    clast_clas_input *inputs; // the vertices: offsets yet
+    clast_clas_input *inputs;
+    bool own; // no templates: descs stay
+    clast_clusters cut;
 } builder;
 
 static void gather(clusters *c, const surface *s)
@@ -114,22 +116,24 @@ static clast_status add_cut(builder *b, clast_context *context, uint32_t most, b
                                   .triangle_count = b->s->m.triangle_count,
                                   .max_triangles = most,
                                   .max_vertices = most < 3 ? 3 : most};
-    clast_clusters cut;
-    clast_status status = clast_clusterize(context, &desc, &cut);
+    clast_status status = clast_clusterize(context, &desc, &b->cut);
     if (status != CLAST_OK) {
         return status;
     }
-    for (size_t i = 0; i < cut.cluster_count; i++) {
-        const clast_cluster *cluster = &cut.clusters[i];
+    const clast_clusters *cut = &b->cut;
+    for (size_t i = 0; i < cut->cluster_count; i++) {
+        const clast_cluster *cluster = &cut->clusters[i];
         uint32_t *sources = add_cluster(b, cluster->vertex_count);
-        memcpy(sources, cut.vertices + cluster->first_vertex, 4 * (size_t)cluster->vertex_count);
+        memcpy(sources, cut->vertices + cluster->first_vertex, 4 * (size_t)cluster->vertex_count);
         b->descs[i] = (clast_template_desc){cluster->triangle_count, cluster->vertex_count,
-                                            cut.indices + 3 * (size_t)cluster->first_triangle, NULL};
+                                            cut->indices + 3 * (size_t)cluster->first_triangle, NULL};
+    }
+    if (b->own) {
+        return CLAST_OK;
     }
     float *rest = rest_of(b);
     status = add_templates(b, with_rest, rest);
     free(rest);
-    clast_clusters_free(context, &cut);
     return status;
 }
 
@@ -164,42 +168,82 @@ static clast_status fill(clast_context *context, builder *b, cluster_kind kind)
     switch (kind) {
     case CLUSTERS_GRIDS: return add_grids(b);
     case CLUSTERS_IN_TURN: return add_in_turn(b, 100);
+    case CLUSTERS_OWN: return add_cut(b, context, 140, false);
     case CLUSTERS_TINY: return add_cut(b, context, 5, true);
     case CLUSTERS_FULL: return add_cut(b, context, 256, false);
     default: return add_cut(b, context, 128, true);
     }
 }
 
+// Into the pool: by templates, or by triangles of their own.
+static clast_status fill_pool(builder *b)
+{
+    clusters *c = b->c;
+    c->vertices = malloc(12 * c->vertex_count + 12);
+    c->templates = calloc(c->cluster_count + 1, 4);
+    gather(c, b->s);
+    clast_clas_desc *own = calloc(c->cluster_count + 1, sizeof *own);
+    for (size_t i = 0; i < c->cluster_count; i++) {
+        const float *vertices = c->vertices + 3 * (size_t)c->firsts[i];
+        if (b->own) {
+            own[i] = (clast_clas_desc){b->descs[i].triangle_count, b->descs[i].vertex_count, b->descs[i].indices,
+                                       vertices};
+        } else {
+            b->inputs[i].vertices = vertices;
+            c->templates[i] = b->inputs[i].template_number;
+        }
+    }
+    clast_status status = b->own ? clast_clas_build(c->pool, 0, c->cluster_count, own)
+                                 : clast_clas_instantiate(c->pool, 0, c->cluster_count, b->inputs);
+    free(own);
+    return status;
+}
+
+// Writes the tree as a block, and uses that from now on.
+static clast_status map_block(clusters *c)
+{
+    uint64_t bytes = 0;
+    clast_blas_destroy(c->blas != c->tree ? c->blas : NULL);
+    free(c->block);
+    c->block = NULL;
+    c->blas = c->tree;
+    clast_status status = clast_blas_serialise(c->tree, NULL, 0, &bytes);
+    if (status == CLAST_OK) {
+        c->block = aligned_alloc(64, (size_t)(bytes + 63) & ~(size_t)63);
+        status = clast_blas_serialise(c->tree, c->block, (size_t)bytes, &bytes);
+    }
+    return status == CLAST_OK ? clast_blas_map(c->context, c->block, (size_t)bytes, true, &c->blas) : status;
+}
+
 clast_status clusters_make(clast_context *context, const surface *s, cluster_kind kind, clast_build build, clusters *c)
 {
-    *c = (clusters){.set = NULL};
-    builder b = {.s = s, .c = c};
+    *c = (clusters){.context = context};
+    builder b = {.s = s, .c = c, .own = kind == CLUSTERS_OWN};
     clast_status status = clast_template_set_create(context, &c->set);
     status = status == CLAST_OK ? clast_clas_pool_create(c->set, &c->pool) : status;
-    status = status == CLAST_OK ? clast_blas_create(c->pool, &c->blas) : status;
+    status = status == CLAST_OK ? clast_blas_create(c->pool, &c->tree) : status;
     status = status == CLAST_OK ? fill(context, &b, kind) : status;
-    if (status == CLAST_OK) {
-        c->vertices = malloc(12 * c->vertex_count + 12);
-        gather(c, s);
-        for (size_t i = 0; i < c->cluster_count; i++) {
-            b.inputs[i].vertices = c->vertices + 3 * (size_t)c->firsts[i];
-        }
-        c->templates = malloc(4 * c->cluster_count + 4);
-        for (size_t i = 0; i < c->cluster_count; i++) {
-            c->templates[i] = b.inputs[i].template_number;
-        }
-        status = clast_clas_instantiate(c->pool, 0, c->cluster_count, b.inputs);
-    }
+    status = status == CLAST_OK ? fill_pool(&b) : status;
+    status = status == CLAST_OK ? clast_blas_build(c->tree, NULL, c->cluster_count, build) : status;
+    c->blas = c->tree;
+    clast_clusters_free(context, &b.cut);
     free(b.descs);
     free(b.inputs);
-    return status == CLAST_OK ? clast_blas_build(c->blas, NULL, c->cluster_count, build) : status;
+    return status == CLAST_OK && kind == CLUSTERS_MAPPED ? map_block(c) : status;
 }
 
 clast_status clusters_refit(clusters *c, const surface *s)
 {
-    gather(c, s);
-    clast_status status = clast_clas_refit(c->pool, 0, c->cluster_count);
-    return status == CLAST_OK ? clast_blas_refit(c->blas) : status;
+    clast_clas_gather from = {s->m.positions, s->m.vertex_count, c->sources, c->firsts, c->vertices};
+    clast_status status;
+    if (c->cluster_count % 2 == 0) { // one way or the other
+        status = clast_clas_refit_gathered(c->pool, 0, c->cluster_count, &from);
+    } else {
+        gather(c, s);
+        status = clast_clas_refit(c->pool, 0, c->cluster_count);
+    }
+    status = status == CLAST_OK ? clast_blas_refit(c->tree) : status;
+    return status == CLAST_OK && c->block != NULL ? map_block(c) : status;
 }
 
 void clusters_corners(const clusters *c, uint32_t cluster, uint32_t triangle, uint32_t corners[3])
@@ -212,7 +256,9 @@ void clusters_corners(const clusters *c, uint32_t cluster, uint32_t triangle, ui
 
 void clusters_free(clusters *c)
 {
-    clast_blas_destroy(c->blas);
+    clast_blas_destroy(c->blas != c->tree ? c->blas : NULL);
+    clast_blas_destroy(c->tree);
+    free(c->block);
     clast_clas_pool_destroy(c->pool);
     clast_template_set_destroy(c->set);
     free(c->vertices);
