@@ -6,7 +6,7 @@
 #include "base/size.h"
 #include "base/thread.h"
 
-enum { GATHER_GRAIN = 32, HEAD_AHEAD = 8, FETCH_AHEAD = 2 };
+enum { GATHER_GRAIN = 32, HEAD_AHEAD = 8, FETCH_AHEAD = 2, TOGETHER = 4 };
 
 typedef struct gather_job {
     clast_clas_pool *pool;
@@ -23,17 +23,25 @@ static void note_wrong(gather_job *job, size_t slot)
     }
 }
 
-// The positions of a cluster to come lie in short runs, which no hardware foresees.
-static void prefetch_positions(const gather_job *job, size_t slot)
+static float *vertices_of(const gather_job *job, size_t slot)
 {
-    const clast_clas_gather *g = job->gather;
+    return job->gather->vertices + 3 * (size_t)job->gather->first[slot];
+}
+
+// What a cluster to come reads lies in short runs, which no hardware foresees; and what is written waits for its lines, too.
+static void prefetch_cluster(const gather_job *job, size_t slot)
+{
     const clast_clas *clas = clast_pool_slot(job->pool, slot);
-    if (clas->topology != 0) {
-        const uint32_t *numbers = g->numbers + g->first[slot];
-        uint32_t count = clast_clas_topology(clas)->vertex_count;
-        for (uint32_t i = 0; i < count; i += 2) {
-            __builtin_prefetch((const void *)((uintptr_t)g->positions + 12 * (uintptr_t)numbers[i]));
-        }
+    if (clas->topology == 0) {
+        return;
+    }
+    uint32_t count = clast_clas_topology(clas)->vertex_count;
+    const uint32_t *numbers = job->gather->numbers + job->gather->first[slot];
+    for (uint32_t i = 0; i < count; i += 2) {
+        __builtin_prefetch((const void *)((uintptr_t)job->gather->positions + 12 * (uintptr_t)numbers[i]));
+    }
+    for (size_t at = 0; at < 3 * (size_t)count; at += 16) {
+        __builtin_prefetch(vertices_of(job, slot) + at, 1);
     }
 }
 
@@ -45,30 +53,46 @@ static void prefetch_head(const gather_job *job, size_t slot)
     }
 }
 
+// False where there is nothing to fit.
+static bool gather_cluster(gather_job *job, size_t slot)
+{
+    const clast_clas_gather *g = job->gather;
+    const clast_clas *clas = clast_pool_slot(job->pool, slot);
+    float *vertices = vertices_of(job, slot);
+    if (clas->topology == 0) {
+        return false;
+    }
+    if (vertices != clast_clas_vertices(clas) ||
+        !job->kernels->gather(vertices, g->positions, g->position_count, g->numbers + g->first[slot],
+                              clast_clas_topology(clas)->vertex_count)) {
+        note_wrong(job, slot);
+        return false;
+    }
+    return true;
+}
+
 static void gather_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
     gather_job *job = data;
-    const clast_clas_gather *g = job->gather;
-    end += job->first;
-    for (size_t slot = job->first + begin; slot < end; slot++) {
-        if (slot + HEAD_AHEAD < end) {
-            prefetch_head(job, slot + HEAD_AHEAD);
+    size_t last = job->first + end;
+    // Some clusters are copied before the first of them is fitted: wide loads wait for what narrow stores wrote just before.
+    for (size_t first = job->first + begin; first < last; first += TOGETHER) {
+        size_t next = first + TOGETHER < last ? first + TOGETHER : last;
+        bool fits[TOGETHER];
+        for (size_t slot = first; slot < next; slot++) {
+            if (slot + HEAD_AHEAD < last) {
+                prefetch_head(job, slot + HEAD_AHEAD);
+            }
+            if (slot + FETCH_AHEAD < last) {
+                prefetch_cluster(job, slot + FETCH_AHEAD);
+            }
+            fits[slot - first] = gather_cluster(job, slot);
         }
-        if (slot + FETCH_AHEAD < end) {
-            prefetch_positions(job, slot + FETCH_AHEAD);
-        }
-        clast_clas *clas = clast_pool_slot(job->pool, slot);
-        if (clas->topology == 0) {
-            continue;
-        }
-        float *vertices = g->vertices + 3 * (size_t)g->first[slot];
-        uint32_t count = clast_clas_topology(clas)->vertex_count;
-        if (vertices == clast_clas_vertices(clas) &&
-            job->kernels->gather(vertices, g->positions, g->position_count, g->numbers + g->first[slot], count)) {
-            job->kernels->fit(clas, &job->pool->boxes[slot]);
-        } else {
-            note_wrong(job, slot);
+        for (size_t slot = first; slot < next; slot++) {
+            if (fits[slot - first]) {
+                job->kernels->fit(clast_pool_slot(job->pool, slot), &job->pool->boxes[slot]);
+            }
         }
     }
 }

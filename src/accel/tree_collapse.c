@@ -10,6 +10,8 @@
 
 enum { COLLAPSE_GRAIN = 128 };
 
+typedef uint8_t bytes8 __attribute__((vector_size(8)));
+
 // -------------------------------------------------------------------------------------------------------------- costs
 
 // Items are visited alike, however they are gathered: they cost nothing. A leaf's stay together, or each goes alone.
@@ -21,44 +23,48 @@ static void leaf_costs(const clast_binary_node *node, float costs[TREE_WIDTH], u
     }
 }
 
+// Costs where the left half gets `share` roots: the right half's, that many lanes on.
+#define TRY_SHARE(share, ...) \
+    do { \
+        clast_floats8 cost = splat8(left[(share) - 1]) + __builtin_shufflevector(none, right, __VA_ARGS__); \
+        clast_ints8 less = cost < least; \
+        least = pick8(less, cost, least); \
+        chosen = (less & (share)) | (~less & chosen); \
+    } while (0)
+
 void clast_tree_costs(clast_tree_builder *b, uint32_t number)
 {
     const clast_binary_node *node = &b->nodes[number];
-    float *costs = b->costs[number];
-    uint8_t *shares = b->shares[number];
     if (node->right == 0) {
-        leaf_costs(node, costs, shares);
+        leaf_costs(node, b->costs[number], b->shares[number]);
         return;
     }
     // Lane n - 1 is for n roots: the left half gets `share` of them, the right half what is left.
     const float *left = b->costs[number + 1];
-    float right[2 * TREE_WIDTH];
-    for (int i = 0; i < TREE_WIDTH; i++) {
-        right[i] = INFINITY;
-    }
-    memcpy(right + TREE_WIDTH, b->costs[node->right], sizeof b->costs[0]);
-    clast_floats8 least = splat8(INFINITY);
+    const clast_floats8 none = splat8(INFINITY);
+    clast_floats8 right, least = none;
     clast_ints8 chosen = {1, 1, 1, 1, 1, 1, 1, 1};
-    for (int share = 1; share < TREE_WIDTH; share++) {
-        clast_floats8 rest;
-        memcpy(&rest, right + TREE_WIDTH - share, sizeof rest);
-        clast_floats8 cost = splat8(left[share - 1]) + rest;
-        clast_ints8 less = cost < least;
-        least = pick8(less, cost, least);
-        chosen = (less & share) | (~less & chosen);
-    }
-    memcpy(costs, &least, sizeof least);
-    for (int i = 0; i < TREE_WIDTH; i++) {
-        shares[i] = (uint8_t)chosen[i];
-    }
-    costs[0] = node->area + costs[TREE_WIDTH - 1];
-    shares[0] = 0;
-    for (int i = 1; i < TREE_WIDTH - 1; i++) { // the last is for this node as a root: it must be opened
-        if (costs[i] >= costs[i - 1]) {
-            costs[i] = costs[i - 1];
-            shares[i] = 0;
-        }
-    }
+    memcpy(&right, b->costs[node->right], sizeof right);
+    TRY_SHARE(1, 7, 8, 9, 10, 11, 12, 13, 14);
+    TRY_SHARE(2, 6, 7, 8, 9, 10, 11, 12, 13);
+    TRY_SHARE(3, 5, 6, 7, 8, 9, 10, 11, 12);
+    TRY_SHARE(4, 4, 5, 6, 7, 8, 9, 10, 11);
+    TRY_SHARE(5, 3, 4, 5, 6, 7, 8, 9, 10);
+    TRY_SHARE(6, 2, 3, 4, 5, 6, 7, 8, 9);
+    TRY_SHARE(7, 1, 2, 3, 4, 5, 6, 7, 8);
+    // As one root it is opened with all eight, and no number of roots costs more than fewer do. The last lane is for this node
+    // as a root: it must be opened.
+    clast_floats8 lowest = least;
+    lowest[0] = node->area + least[TREE_WIDTH - 1];
+    lowest = min8(lowest, __builtin_shufflevector(none, lowest, 7, 8, 9, 10, 11, 12, 13, 14));
+    lowest = min8(lowest, __builtin_shufflevector(none, lowest, 6, 7, 8, 9, 10, 11, 12, 13));
+    lowest = min8(lowest, __builtin_shufflevector(none, lowest, 4, 5, 6, 7, 8, 9, 10, 11));
+    clast_ints8 worse = least >= __builtin_shufflevector(none, lowest, 7, 8, 9, 10, 11, 12, 13, 14);
+    worse[TREE_WIDTH - 1] = 0;
+    lowest[TREE_WIDTH - 1] = least[TREE_WIDTH - 1];
+    bytes8 shares = __builtin_convertvector(chosen & ~worse, bytes8);
+    memcpy(b->costs[number], &lowest, sizeof lowest);
+    memcpy(b->shares[number], &shares, sizeof shares);
 }
 
 // ------------------------------------------------------------------------------------------------------------ children

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "accel/tree_build.h"
+#include "base/simd.h"
 #include "base/thread.h"
 #include "shared/dialect.h"
 #if defined(__SSE2__)
@@ -152,9 +153,10 @@ typedef struct item_bins {
     uint32_t counts[3][MOST_BINS];
 } item_bins;
 
+// A centre's bin on each axis is (centre - base) * scale.
 typedef struct bin_map {
-    int32_t base[3];
-    float scale[3];
+    clast_ints4 base;
+    clast_floats4 scale;
 } bin_map;
 
 // What a range covers.
@@ -173,14 +175,17 @@ static range_extent extent_of(const clast_tree_builder *b, const clast_build_ran
     return e;
 }
 
-static inline uint32_t bin_of(const bin_map *map, clast_words8 centre, int axis)
+#define UPPER_WORDS(v) __builtin_convertvector(__builtin_shufflevector(v, v, 4, 5, 6, 7), clast_ints4)
+
+static inline clast_ints4 bins_of(const bin_map *map, clast_words8 centre)
 {
-    return (uint32_t)(int32_t)((float)(centre[4 + axis] - map->base[axis]) * map->scale[axis]);
+    clast_floats4 place = __builtin_convertvector(UPPER_WORDS(centre) - map->base, clast_floats4);
+    return __builtin_convertvector(place * map->scale, clast_ints4);
 }
 
 static bin_map make_map(clast_words8 centres, uint32_t bins)
 {
-    bin_map map;
+    bin_map map = {{0, 0, 0, 0}, {0.0f, 0.0f, 0.0f, 0.0f}};
     for (int axis = 0; axis < 3; axis++) {
         int32_t size = centres[axis] + centres[4 + axis];
         map.base[axis] = -centres[axis];
@@ -200,8 +205,9 @@ static void fill_bins(const clast_tree_builder *b, const clast_build_range *rang
     }
     for (uint32_t i = range->begin; i < range->end; i++) {
         clast_words8 item = b->order[i].lanes, centre = centre_of(item);
+        clast_ints4 places = bins_of(map, centre);
         for (int axis = 0; axis < 3; axis++) {
-            uint32_t bin = bin_of(map, centre, axis);
+            uint32_t bin = (uint32_t)places[axis];
             filled->boxes[axis][bin] = max_words(filled->boxes[axis][bin], item);
             filled->counts[axis][bin]++;
         }
@@ -250,7 +256,7 @@ static uint32_t part_range(clast_tree_builder *b, const clast_build_range *range
     uint32_t left = range->begin, right = 0;
     for (uint32_t i = range->begin; i < range->end; i++) {
         clast_build_item item = order[i];
-        bool is_right = bin_of(map, centre_of(item.lanes), cut->axis) >= cut->bin;
+        bool is_right = (uint32_t)bins_of(map, centre_of(item.lanes))[cut->axis] >= cut->bin;
         order[left] = item;
         spare[right] = item;
         left += !is_right;
