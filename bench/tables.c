@@ -17,25 +17,166 @@ static const char *text_of(const json_t *object, const char *name)
     return text != NULL ? text : "";
 }
 
+// ------------------------------------------------------------------------------------------- rows, and goals for them
+
+// A goal is a least ratio, or a most of bytes a triangle; zero: there is none.
+typedef struct goal {
+    const char *metric;
+    double grids, other;
+    const char *what;
+} goal;
+
+static const goal goals[] = {
+    {"refit_vs_refit", 20, 12, "all vertices moved, in their clusters; Embree's refit"},
+    {"gathered_vs_refit", 0, 8, "the same from the mesh's vertices, the copy included"},
+    {"rebuild_vs_rebuild", 40, 20, "clusters in another order, nothing kept; Embree's fastest build"},
+    {"rebuild_vs_grids", 25, 0, "the same; Embree's grids"},
+    {"build_static", 0, 1.5, "from plain triangles; Embree's SAH build"},
+    {"diffuse_single", 1, 1, "single rays after a mild motion; fresh SAH tree, leaking mode"},
+    {"diffuse_vs_robust", 1.25, 1.25, "the same; watertight mode"},
+    {"diffuse_after_twist", 0, 0.95, "after half a turn in 60 frames; fresh SAH tree"},
+    {"twist_frame", 0, 1, "the longest update of those frames; twice the usual update"},
+    {"diffuse_batch", 1.15, 1.15, "best batch call; the best of Embree's calls"},
+    {"primary_batch", 1, 1, "the same, a camera's rays"},
+    {"primary_single", 0, 0, "single rays of a camera"},
+    {"anyhit_single", 1.15, 1.15, "shadow rays, one by one"},
+    {"bytes_per_triangle", 10, 14, "everything, vertices and indices included"},
+    {"tlas_update", 0, 3, "10,000 moved instances; Embree's fastest build"},
+    {"tlas_partial", 0, 20, "10,000 of 1,000,000; the same"},
+};
+enum { GOALS = sizeof goals / sizeof goals[0] };
+
+static bool has_text(const json_t *row, const char *member, const char *text)
+{
+    return strstr(text_of(row, member), text) != NULL;
+}
+
+static double goal_of(const goal *g, const json_t *row)
+{
+    // Embree's refit stands beside the twist, and its grids beside the bytes, for comparison only.
+    if (has_text(row, "peer", "refitted")) {
+        return 0.0;
+    }
+    return has_text(row, "workload", ", grids") ? g->grids : g->other;
+}
+
+static bool is_bytes(const json_t *row)
+{
+    return strcmp(text_of(row, "unit"), "bytes") == 0;
+}
+
+// How far a row is: 1 is at its goal, more is better.
+static double reached(const goal *g, const json_t *row)
+{
+    double wanted = goal_of(g, row);
+    return is_bytes(row) ? wanted / number_of(row, "clast") : number_of(row, "ratio") / wanted;
+}
+
+static bool is_metric(const json_t *row, const char *metric)
+{
+    return strcmp(text_of(row, "metric"), metric) == 0;
+}
+
+static void print_summary(const json_t *rows)
+{
+    printf("| metric | what; peer | goal, grids / other | reached by | least | there |\n|---|---|---|---:|---:|---|\n");
+    for (int i = 0; i < GOALS; i++) {
+        const goal *g = &goals[i];
+        const json_t *least = NULL;
+        json_t *row;
+        size_t index, count = 0, held = 0;
+        json_array_foreach(rows, index, row)
+        {
+            if (is_metric(row, g->metric) && goal_of(g, row) > 0.0) {
+                count++;
+                held += reached(g, row) >= 1.0;
+                least = least == NULL || reached(g, row) < reached(g, least) ? row : least;
+            }
+        }
+        if (least != NULL) {
+            const char *bound = is_bytes(least) ? "<=" : ">=";
+            printf("| `%s` | %s | ", g->metric, g->what);
+            g->grids > 0.0 ? printf("%s %g / ", bound, g->grids) : printf("- / ");
+            g->other > 0.0 ? printf("%s %g", bound, g->other) : printf("-");
+            printf(" | %zu of %zu | %.2f | %s, %.3g Mtri, threads: %.0f |\n", held, count,
+                   number_of(least, is_bytes(least) ? "clast" : "ratio"), text_of(least, "workload"),
+                   1e-6 * number_of(least, "triangles"), number_of(least, "threads"));
+        }
+    }
+}
+
+// The row of the same measurement with another number of threads: the one with the same place among its like.
+static const json_t *row_with_threads(const json_t *rows, size_t of, double threads)
+{
+    const json_t *row = json_array_get(rows, of);
+    size_t before = 0;
+    for (size_t i = 0; i < json_array_size(rows); i++) {
+        const json_t *other = json_array_get(rows, i);
+        bool same = is_metric(other, text_of(row, "metric")) &&
+                    strcmp(text_of(other, "workload"), text_of(row, "workload")) == 0 &&
+                    number_of(other, "triangles") == number_of(row, "triangles");
+        if (same && i < of && number_of(other, "threads") == number_of(row, "threads")) {
+            before++;
+        }
+    }
+    for (size_t i = 0; i < json_array_size(rows); i++) {
+        const json_t *other = json_array_get(rows, i);
+        bool same = is_metric(other, text_of(row, "metric")) &&
+                    strcmp(text_of(other, "workload"), text_of(row, "workload")) == 0 &&
+                    number_of(other, "triangles") == number_of(row, "triangles") &&
+                    number_of(other, "threads") == threads;
+        if (same && before-- == 0) {
+            return other;
+        }
+    }
+    return NULL;
+}
+
+static void print_values(const json_t *row)
+{
+    if (row == NULL) {
+        printf(" | | |");
+    } else if (json_is_number(json_object_get(row, "peer_value"))) {
+        printf(" %.4g | %.4g | %.2f |", number_of(row, "clast"), number_of(row, "peer_value"), number_of(row, "ratio"));
+    } else {
+        printf(" %.4g | | |", number_of(row, "clast"));
+    }
+}
+
 static void print_rows(const json_t *result)
 {
     const json_t *rows = json_object_get(result, "rows");
-    size_t index;
+    double fewest = 1e9, most = 0.0;
     json_t *row;
+    size_t index;
     printf("\n### %s\n\nMachine: %s\n\n", text_of(result, "bench"), text_of(result, "machine"));
-    printf("| workload | triangles | threads | metric | unit | clast | peer | peer's value | ratio |\n"
-           "|---|---:|---:|---|---|---:|---|---:|---:|\n");
+    if (strcmp(text_of(result, "bench"), "accel") == 0) {
+        print_summary(rows);
+        printf("\nAll of it:\n\n");
+    }
     json_array_foreach(rows, index, row)
     {
-        bool has_peer = json_is_number(json_object_get(row, "peer_value"));
-        printf("| %s | %.0f | %.0f | %s | %s | %.4g | %s |", text_of(row, "workload"), number_of(row, "triangles"),
-               number_of(row, "threads"), text_of(row, "metric"), text_of(row, "unit"), number_of(row, "clast"),
-               text_of(row, "peer"));
-        if (has_peer) {
-            printf(" %.4g | %.2f |\n", number_of(row, "peer_value"), number_of(row, "ratio"));
-        } else {
-            printf(" | |\n");
+        double threads = number_of(row, "threads");
+        fewest = threads < fewest ? threads : fewest;
+        most = threads > most ? threads : most;
+    }
+    printf("| workload | Mtri | metric | unit | peer | clast, threads: %.0f | peer | ratio |", fewest);
+    if (most > fewest) {
+        printf(" clast, threads: %.0f | peer | ratio |", most);
+    }
+    printf("\n|---|---:|---|---|---|---:|---:|---:|%s\n", most > fewest ? "---:|---:|---:|" : "");
+    json_array_foreach(rows, index, row)
+    {
+        if (number_of(row, "threads") != fewest) {
+            continue;
         }
+        printf("| %s | %.3g | %s | %s | %s |", text_of(row, "workload"), 1e-6 * number_of(row, "triangles"),
+               text_of(row, "metric"), text_of(row, "unit"), text_of(row, "peer"));
+        print_values(row);
+        if (most > fewest) {
+            print_values(row_with_threads(rows, index, most));
+        }
+        printf("\n");
     }
 }
 
