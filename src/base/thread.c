@@ -10,6 +10,10 @@
 #include <sched.h>
 #endif
 
+// Jobs of a frame follow each other closely, and waking a thread takes as long as a small job: before a thread sleeps, it
+// looks so many times whether what it waits for has come. About twenty microseconds.
+enum { LOOKS = 400 };
+
 // One job at a time. Its owner and the workers take chunks by an atomic counter; which thread runs a chunk is the only
 // thing that timing decides.
 typedef struct clast_pool {
@@ -17,10 +21,11 @@ typedef struct clast_pool {
     pthread_mutex_t lock;   // guards what follows
     pthread_cond_t posted;  // a job is there, or the pool ends
     pthread_cond_t settled; // no worker is busy any more
-    uint64_t generation;
-    bool open;     // workers may join the job: its owner does not wait for those that wake too late
-    uint32_t busy; // workers that have joined it
-    bool ending;
+    atomic_uint_fast64_t generation;
+    bool open;        // workers may join the job: its owner does not wait for those that wake too late
+    atomic_uint busy; // workers that have joined it
+    atomic_bool ending;
+    uint32_t looks; // none where threads would have to share processors
     clast_range_function function;
     void *data;
     size_t count;
@@ -52,6 +57,29 @@ static void run_chunks(clast_pool *pool, uint32_t worker)
     inside_a_job = false;
 }
 
+static void pause_briefly(void)
+{
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("isb");
+#endif
+}
+
+static void look_for_job(clast_pool *pool, uint64_t seen)
+{
+    for (uint32_t i = 0; i < pool->looks && atomic_load(&pool->generation) == seen && !atomic_load(&pool->ending); i++) {
+        pause_briefly();
+    }
+}
+
+static void look_for_end(clast_pool *pool)
+{
+    for (uint32_t i = 0; i < pool->looks && atomic_load(&pool->busy) != 0; i++) {
+        pause_briefly();
+    }
+}
+
 static void *worker_main(void *data)
 {
     pool_entry entry = *(pool_entry *)data;
@@ -61,6 +89,11 @@ static void *worker_main(void *data)
     pool->busy--; // the entry has been read
     pthread_cond_signal(&pool->settled);
     for (;;) {
+        if (seen != 0) {
+            pthread_mutex_unlock(&pool->lock);
+            look_for_job(pool, seen);
+            pthread_mutex_lock(&pool->lock);
+        }
         while (pool->generation == seen && !pool->ending) {
             pthread_cond_wait(&pool->posted, &pool->lock);
         }
@@ -90,6 +123,7 @@ clast_status clast_pool_create(clast_context *context, uint32_t threads, clast_p
     if (pool == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
+    pool->looks = threads <= clast_processor_count() ? LOOKS : 0;
     pthread_mutex_init(&pool->owner, NULL);
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->posted, NULL);
@@ -161,6 +195,11 @@ void clast_parallel_for(clast_context *context, size_t count, size_t grain, clas
     run_chunks(pool, 0);
     pthread_mutex_lock(&pool->lock);
     pool->open = false; // all chunks are taken
+    if (pool->busy != 0) {
+        pthread_mutex_unlock(&pool->lock);
+        look_for_end(pool);
+        pthread_mutex_lock(&pool->lock);
+    }
     while (pool->busy != 0) {
         pthread_cond_wait(&pool->settled, &pool->lock);
     }
