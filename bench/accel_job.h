@@ -29,6 +29,8 @@ size_t accel_job_rays(const accel_job *j);
 // Adds a row; `peer_detail` (may be null) goes behind the peer's name.
 void accel_add_row(const accel_job *j, const char *metric, const char *unit, const char *peer_detail,
                    bench_pair values);
+// The same beside something that is not Embree's.
+void accel_add_own_row(const accel_job *j, const char *metric, const char *unit, const char *peer, bench_pair values);
 // Of functions that give seconds: millions of triangles a second.
 bench_pair accel_alternate(accel_job *j, bench_function clast, bench_function peer);
 // Makes, over j->moved, of the kinds and devices the peer that commits fastest. Gives the kind.

@@ -114,11 +114,7 @@ static void prepare(ray_run *run)
     size_t bytes = padded_count(run) / calls[run->way.call].width * packet_size(run);
     if (bytes > run->packet_bytes) {
         free(run->packets);
-        run->packets = aligned_alloc(64, (bytes + 63) / 64 * 64);
-        if (run->packets == NULL) {
-            fprintf(stderr, "out of memory\n");
-            exit(1);
-        }
+        run->packets = bench_allocate(bytes / 64 + 1, 64);
         run->packet_bytes = bytes;
     }
     clast_parallel_for(run->context, padded_count(run), RAY_GRAIN, prepare_range, run);

@@ -159,6 +159,7 @@ static void measure_rebuilds(accel_job *j)
     for (uint32_t i = 0; i < j->ours.cluster_count; i++) {
         e.order[i] = i;
     }
+    bench_check(clast_blas_reserve(j->ours.blas, j->ours.cluster_count), j->context);
     measure_rebuild(j, &e, "rebuild_vs_rebuild", PEER_FAST, PEER_FAST_DYNAMIC);
     if (j->grids) {
         measure_rebuild(j, &e, "rebuild_vs_grids", PEER_GRIDS, PEER_GRIDS_DYNAMIC);

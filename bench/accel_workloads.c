@@ -2,6 +2,7 @@
 #include "accel_workloads.h"
 
 #include <stdio.h>
+#include <sys/mman.h>
 
 #include "base/thread.h"
 #include "scene/scene.h"
@@ -18,12 +19,29 @@ void bench_check(clast_status status, const clast_context *context)
 
 void *bench_allocate(size_t count, size_t size)
 {
-    void *block = calloc(count + 1, size);
+    size_t bytes = (count + 1) * size, page = (size_t)1 << 21;
+    size_t alignment = bytes >= page ? page : 64; // as packets of 16 rays want it
+    void *block = aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
     if (block == NULL) {
         fprintf(stderr, "out of memory\n");
         exit(1);
     }
-    return block;
+    if (alignment == page) {
+        madvise(block, bytes, MADV_HUGEPAGE); // only advice: it may fail
+    }
+    return memset(block, 0, bytes);
+}
+
+// Moves a mesh's arrays to large pages, where clast's own blocks are too.
+static void use_large_pages(mesh *m)
+{
+    float *positions = bench_allocate((size_t)m->vertex_count + 1, 12);
+    uint32_t *indices = bench_allocate((size_t)m->triangle_count + 1, 12);
+    memcpy(positions, m->positions, (size_t)m->vertex_count * 12);
+    memcpy(indices, m->indices, (size_t)m->triangle_count * 12);
+    mesh_free(m);
+    m->positions = positions;
+    m->indices = indices;
 }
 
 // ------------------------------------------------------------------------------------------------------------ surfaces
@@ -163,6 +181,7 @@ workload workload_surface(surface kind, uint32_t triangles)
             }
         }
     }
+    use_large_pages(&w.m);
     make_one_part(&w);
     return w;
 }
@@ -298,6 +317,7 @@ workload workload_model(clast_context *context, const char *file, uint32_t trian
         w.m = fine;
     }
     if (w.m.triangle_count > 0) {
+        use_large_pages(&w.m);
         make_one_part(&w);
         look_from_outside(&w);
     }
@@ -370,6 +390,7 @@ workload workload_pile(clast_context *context, uint32_t triangles)
     for (int i = 0; i < FILES; i++) {
         mesh_free(&models[i]);
     }
+    use_large_pages(&w.m);
     look_from_outside(&w);
     return w;
 }

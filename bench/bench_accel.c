@@ -53,20 +53,27 @@ void accel_job_end(accel_job *j)
     }
 }
 
-void accel_add_row(const accel_job *j, const char *metric, const char *unit, const char *peer_detail, bench_pair values)
+void accel_add_own_row(const accel_job *j, const char *metric, const char *unit, const char *peer, bench_pair values)
 {
     bench_row row = {.triangles = j->work->m.triangle_count,
                      .threads = j->threads,
                      .metric = metric,
                      .unit = unit,
-                     .less_is_better = unit[1] != '\0' && unit[0] != 'M', // bytes and milliseconds
+                     .less_is_better = strcmp(unit, "bytes") == 0 || strcmp(unit, "ms") == 0,
                      .clast = values.clast,
                      .peer_value = values.peer};
     snprintf(row.workload, sizeof row.workload, "%.*s%s", BENCH_NAME_SIZE - 8, j->work->name,
              j->grids ? ", grids" : "");
-    snprintf(row.peer, sizeof row.peer, "Embree %s%s%s", RTC_VERSION_STRING, peer_detail != NULL ? ", " : "",
-             peer_detail != NULL ? peer_detail : "");
+    snprintf(row.peer, sizeof row.peer, "%.*s", BENCH_NAME_SIZE - 1, peer);
     bench_add(j->b, row);
+}
+
+void accel_add_row(const accel_job *j, const char *metric, const char *unit, const char *peer_detail, bench_pair values)
+{
+    char peer[BENCH_NAME_SIZE + 32];
+    snprintf(peer, sizeof peer, "Embree %s%s%s", RTC_VERSION_STRING, peer_detail != NULL ? ", " : "",
+             peer_detail != NULL ? peer_detail : "");
+    accel_add_own_row(j, metric, unit, peer, values);
 }
 
 bench_pair accel_alternate(accel_job *j, bench_function clast, bench_function peer)
