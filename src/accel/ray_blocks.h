@@ -33,7 +33,7 @@ CLAST_LANES int32_t take_nearest(block_hits *hits)
     int32_t nearest = least_of8(least_ints8(hits->keys[0], hits->keys[1]));
     for (int half = 0; half < 2; half++) {
         clast_ints8 taken = hits->keys[half] == splat_ints8(nearest);
-        hits->keys[half] |= taken & splat_ints8(INT32_MAX);
+        hits->keys[half] = (hits->keys[half] & ~taken) | (taken & splat_ints8(INT32_MAX));
     }
     hits->count--;
     return nearest;
@@ -60,6 +60,9 @@ CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const
         while (hits.count > 0) {
             int32_t nearest = take_nearest(&hits);
             if (distance_of_key(nearest) > w->cull) {
+                if (nearest < 0) {
+                    continue; // negative distances come in reverse: a nearer one may follow
+                }
                 break;
             }
             if (test_block(w, slot, clas, &blocks[first + ((uint32_t)nearest & KEY_LANES)])) {
