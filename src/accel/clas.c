@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "accel/structures.h"
+#include "base/prefetch.h"
 #include "base/size.h"
 #include "base/thread.h"
 
@@ -218,16 +219,9 @@ static void fill_slot(const fit_job *job, size_t i, clast_clas *clas)
     }
 }
 
-static void prefetch_bytes(const void *first, size_t bytes)
-{
-    for (size_t at = 0; at < bytes; at += 64) {
-        __builtin_prefetch((const char *)first + at);
-    }
-}
-
 // Clusters are small and may lie anywhere: what is read of one is fetched while those before it are fitted, its template's
 // head first, which tells how much the rest is.
-static void prefetch_cluster(const fit_job *job, size_t i, bool head)
+CLAST_FETCHES void prefetch_cluster(const fit_job *job, size_t i, bool head)
 {
     const clast_template *topology;
     const float *vertices;
@@ -246,8 +240,8 @@ static void prefetch_cluster(const fit_job *job, size_t i, bool head)
         __builtin_prefetch(topology);
         __builtin_prefetch(vertices);
     } else {
-        prefetch_bytes(topology->blocks, topology->block_count * sizeof *topology->blocks);
-        prefetch_bytes(vertices, topology->vertex_count * 3 * sizeof *vertices);
+        clast_prefetch(topology->blocks, topology->block_count * sizeof *topology->blocks);
+        clast_prefetch(vertices, topology->vertex_count * 3 * sizeof *vertices);
     }
 }
 

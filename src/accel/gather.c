@@ -3,6 +3,7 @@
 #include <stdatomic.h>
 
 #include "accel/structures.h"
+#include "base/prefetch.h"
 #include "base/size.h"
 #include "base/thread.h"
 
@@ -29,7 +30,7 @@ static float *vertices_of(const gather_job *job, size_t slot)
 }
 
 // What a cluster to come reads lies in short runs, which no hardware foresees; and what is written waits for its lines, too.
-static void prefetch_cluster(const gather_job *job, size_t slot)
+CLAST_FETCHES void prefetch_cluster(const gather_job *job, size_t slot)
 {
     const clast_clas *clas = clast_pool_slot(job->pool, slot);
     if (clas->topology == 0) {
@@ -45,7 +46,7 @@ static void prefetch_cluster(const gather_job *job, size_t slot)
     }
 }
 
-static void prefetch_head(const gather_job *job, size_t slot)
+CLAST_FETCHES void prefetch_head(const gather_job *job, size_t slot)
 {
     const clast_clas *clas = clast_pool_slot(job->pool, slot);
     if (clas->topology != 0) {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "accel/structures.h"
+#include "base/prefetch.h"
 #include "base/thread.h"
 
 enum {
@@ -349,7 +350,7 @@ static uint32_t take_marked(const level_job *job, size_t begin, size_t end, uint
 }
 
 // What a node is fitted to lies all over memory.
-static void prefetch_boxes(const clast_tlas *tlas, uint32_t number)
+CLAST_FETCHES void prefetch_boxes(const clast_tlas *tlas, uint32_t number)
 {
     const clast_node *node = &tlas->tree.nodes[number];
     for (uint32_t i = 0; i < node->child_count; i++) {
@@ -359,7 +360,7 @@ static void prefetch_boxes(const clast_tlas *tlas, uint32_t number)
     }
 }
 
-static void prefetch_node(const clast_tlas *tlas, uint32_t number)
+CLAST_FETCHES void prefetch_node(const clast_tlas *tlas, uint32_t number)
 {
     __builtin_prefetch(&tlas->tree.nodes[number], 1);
     __builtin_prefetch((const char *)&tlas->tree.nodes[number] + sizeof(clast_node) - 1, 1);

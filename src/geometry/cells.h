@@ -5,6 +5,7 @@
 #ifndef CLAST_GEOMETRY_CELLS_H
 #define CLAST_GEOMETRY_CELLS_H
 
+#include "base/prefetch.h"
 #include "geometry/cut.h"
 
 typedef struct cells {
@@ -46,7 +47,7 @@ static inline lanes_box steering_box(const float *positions, const uint32_t *cor
 // Triangles that are neighbours in space lie apart in memory: asks for one that is needed later, and for the corners of
 // one that was asked for and is needed soon.
 enum { CELLS_LATER = 24, CELLS_SOON = 12 };
-static inline void cells_prefetch(const clast_clusterize_desc *desc, uint32_t later, uint32_t soon)
+CLAST_FETCHES void cells_prefetch(const clast_clusterize_desc *desc, uint32_t later, uint32_t soon)
 {
     __builtin_prefetch(desc->indices + 3 * (size_t)later);
     const uint32_t *corner = desc->indices + 3 * (size_t)soon;
