@@ -149,7 +149,8 @@ static bool bounds_of(const float *vertices, uint32_t count, extent *bounds)
         }
     }
     extent e;
-    clast_floats4 a = min4(LOWER_HALF4(lower[0]), UPPER_HALF4(lower[1])), b = min4(UPPER_HALF4(lower[0]), LOWER_HALF4(lower[2])),
+    clast_floats4 a = min4(LOWER_HALF4(lower[0]), UPPER_HALF4(lower[1])),
+                  b = min4(UPPER_HALF4(lower[0]), LOWER_HALF4(lower[2])),
                   c = min4(LOWER_HALF4(lower[1]), UPPER_HALF4(lower[2]));
     e.lower = FOLD4(min4, a, b, c);
     a = max4(LOWER_HALF4(upper[0]), UPPER_HALF4(upper[1]));
@@ -221,10 +222,8 @@ CLAST_LANES bytes16 pack_words(words8 a, words8 b)
 #endif
 }
 
-#define LOW_PAIRS(a, b) \
-    __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23)
-#define HIGH_PAIRS(a, b) \
-    __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31)
+#define LOW_PAIRS(a, b) __builtin_shufflevector(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23)
+#define HIGH_PAIRS(a, b) __builtin_shufflevector(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31)
 
 // Sixteen blocks' records become a group. A byte's place is seven bits: four of the block, three of the word. Each round
 // turns them by one.
@@ -271,7 +270,8 @@ void CLAST_KERNEL(clast_fit)(clast_clas *clas, clast_box *box)
         blocks[i] = block_record(&topology->blocks[i], records);
     }
     for (uint32_t i = block_count; i < group_count * CLUSTER_WIDTH; i++) {
-        blocks[i] = (words8){STEPS_MOST, STEPS_MOST, STEPS_MOST, STEPS_MOST, STEPS_MOST, STEPS_MOST, 0, 0}; // inside out
+        blocks[i] = (words8){STEPS_MOST, STEPS_MOST, STEPS_MOST, STEPS_MOST,
+                             STEPS_MOST, STEPS_MOST, 0,          0}; // inside out
     }
     for (uint32_t i = 0; i < group_count; i++) {
         store_group(clas->groups[i], &blocks[i * CLUSTER_WIDTH]);

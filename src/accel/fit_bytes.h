@@ -107,9 +107,11 @@ CLAST_LANES byte_pack pack_steps(const float *vertices, uint32_t begin, uint32_t
 #define PACKED_PLACES16(f) \
     PACKED_PLACES4(f), PACKED_PLACES4((f) + 12), PACKED_PLACES4((f) + 24), PACKED_PLACES4((f) + 36)
 #define PACKED_PLACES64(f) \
-    { PACKED_PLACES16(f), PACKED_PLACES16((f) + 48), PACKED_PLACES16((f) + 96), PACKED_PLACES16((f) + 144) }
-static const uint8_t packed_places[3][HALF_VERTICES] __attribute__((aligned(64))) = {
-    PACKED_PLACES64(0), PACKED_PLACES64(1), PACKED_PLACES64(2)};
+    { \
+        PACKED_PLACES16(f), PACKED_PLACES16((f) + 48), PACKED_PLACES16((f) + 96), PACKED_PLACES16((f) + 144) \
+    }
+static const uint8_t packed_places[3][HALF_VERTICES]
+    __attribute__((aligned(64))) = {PACKED_PLACES64(0), PACKED_PLACES64(1), PACKED_PLACES64(2)};
 
 CLAST_LANES __m512i pick_axis(__m512i first, __m512i second, __m512i third, int axis)
 {
@@ -175,8 +177,8 @@ CLAST_LANES __m512i halve_dwords(__m512i a, __m512i b)
 #define LEAST_PLACE(plane, block) \
     (uint8_t)((plane) < 4 ? 2 * (16 * ((plane) / 2) + DWORD_OF(plane, block)) : 64 + 4 * DWORD_OF(plane, block))
 #define LEAST_PLACES(plane) \
-    LEAST_PLACE(plane, 0), LEAST_PLACE(plane, 1), LEAST_PLACE(plane, 2), LEAST_PLACE(plane, 3), \
-        LEAST_PLACE(plane, 4), LEAST_PLACE(plane, 5), LEAST_PLACE(plane, 6), LEAST_PLACE(plane, 7)
+    LEAST_PLACE(plane, 0), LEAST_PLACE(plane, 1), LEAST_PLACE(plane, 2), LEAST_PLACE(plane, 3), LEAST_PLACE(plane, 4), \
+        LEAST_PLACE(plane, 5), LEAST_PLACE(plane, 6), LEAST_PLACE(plane, 7)
 static const uint8_t least_places[64] __attribute__((aligned(64))) = {
     LEAST_PLACES(0), LEAST_PLACES(1), LEAST_PLACES(2), LEAST_PLACES(3), LEAST_PLACES(4), LEAST_PLACES(5)};
 
@@ -184,8 +186,8 @@ static const uint8_t least_places[64] __attribute__((aligned(64))) = {
 // a block, the least of which is wanted: for each axis the lower side, and 255 minus the upper one.
 CLAST_LANES void store_eight(uint8_t *sides, const __m512i planes[6], uint32_t count)
 {
-    const __m512i even = _mm512_set_epi16(62, 60, 58, 56, 54, 52, 50, 48, 46, 44, 42, 40, 38, 36, 34, 32, 30, 28, 26, 24,
-                                          22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
+    const __m512i even = _mm512_set_epi16(62, 60, 58, 56, 54, 52, 50, 48, 46, 44, 42, 40, 38, 36, 34, 32, 30, 28, 26,
+                                          24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
     const __m512i upper_sides = _mm512_setr_epi64(0, -1, 0, -1, 0, -1, 0, -1);
     __m512i xs = halve_dwords(planes[0], planes[1]), ys = halve_dwords(planes[2], planes[3]),
             zs = halve_dwords(planes[4], planes[5]);

@@ -45,14 +45,9 @@ void clast_tree_place(clast_tree *tree, size_t count, clast_arena *arena)
     tree->boxes = clast_arena_take(arena, nodes, sizeof *tree->boxes);
 }
 
-clast_status clast_tree_build(clast_context *context, clast_tree *tree, const clast_box *boxes, const uint32_t *numbers,
-                              size_t count, clast_build build, clast_arena *scratch)
+clast_tree_builder clast_tree_builder_make(clast_context *context, const clast_box *boxes, const uint32_t *numbers,
+                                           size_t count, clast_build build, clast_arena *scratch)
 {
-    tree->node_count = 0;
-    tree->level_count = 0;
-    if (count == 0) {
-        return CLAST_OK;
-    }
     clast_tree_builder b = {.context = context,
                             .boxes = boxes,
                             .numbers = numbers,
@@ -63,6 +58,18 @@ clast_status clast_tree_build(clast_context *context, clast_tree *tree, const cl
     b.subtree_items = b.subtree_items < SUBTREE_LEAST ? SUBTREE_LEAST : b.subtree_items;
     b.subtree_items = b.subtree_items > SUBTREE_MOST ? SUBTREE_MOST : b.subtree_items;
     take_scratch(&b, scratch);
+    return b;
+}
+
+clast_status clast_tree_build(clast_context *context, clast_tree *tree, const clast_box *boxes, const uint32_t *numbers,
+                              size_t count, clast_build build, clast_arena *scratch)
+{
+    tree->node_count = 0;
+    tree->level_count = 0;
+    if (count == 0) {
+        return CLAST_OK;
+    }
+    clast_tree_builder b = clast_tree_builder_make(context, boxes, numbers, count, build, scratch);
     clast_tree_split(&b);
     clast_status status = clast_tree_collapse(&b, tree);
     if (status == CLAST_OK) {

@@ -55,7 +55,7 @@ typedef struct clast_tree_builder {
     uint32_t bins;          // between which cuts are sought
     uint32_t subtree_items; // ranges of fewer are built whole by one thread
     clast_box whole;
-    float extent; // the whole box's longest side
+    float extent;     // the whole box's longest side
     clast_box *parts; // around each ITEM_GRAIN items
     clast_build_item *order, *spare;
     clast_binary_node *nodes;
@@ -71,8 +71,17 @@ typedef struct clast_tree_builder {
     clast_child_list *lists;
 } clast_tree_builder;
 
+// A builder over items as clast_tree_build's, with all working memory.
+clast_tree_builder clast_tree_builder_make(clast_context *context, const clast_box *boxes, const uint32_t *numbers,
+                                           size_t count, clast_build build, clast_arena *scratch);
 // Cuts the items into a binary tree and computes the costs of gathering it.
 void clast_tree_split(clast_tree_builder *b);
+// The same in steps, for those who cannot wait for all of it: the beginning; then large ranges, once each, until there are none;
+// then the b->range_count subtrees, any of them at a time; then the rest.
+void clast_tree_split_begin(clast_tree_builder *b);
+bool clast_tree_split_large(clast_tree_builder *b);
+void clast_tree_split_subtrees(clast_tree_builder *b, uint32_t first, uint32_t count);
+void clast_tree_split_end(clast_tree_builder *b);
 // The costs of a node, from those of its halves.
 void clast_tree_costs(clast_tree_builder *b, uint32_t node);
 // Gathers binary nodes into nodes of eight. The tree's boxes are not fitted.

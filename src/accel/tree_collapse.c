@@ -26,7 +26,7 @@ static void leaf_costs(const clast_binary_node *node, float costs[TREE_WIDTH], u
 // Costs where the left half gets `share` roots: the right half's, that many lanes on.
 #define TRY_SHARE(share, ...) \
     do { \
-        clast_floats8 cost = splat8(left[(share) - 1]) + __builtin_shufflevector(none, right, __VA_ARGS__); \
+        clast_floats8 cost = splat8(left[(share)-1]) + __builtin_shufflevector(none, right, __VA_ARGS__); \
         clast_ints8 less = cost < least; \
         least = pick8(less, cost, least); \
         chosen = (less & (share)) | (~less & chosen); \

@@ -45,7 +45,7 @@ void clast_tree_refit_node(clast_tree *tree, const clast_box *items, uint32_t nu
     clast_box whole = clast_box_empty();
     for (uint32_t i = 0; i < TREE_WIDTH; i++) {
         uint32_t child = node->children[i];
-        boxes[i] = i >= node->child_count          ? clast_box_empty()
+        boxes[i] = i >= node->child_count            ? clast_box_empty()
                    : (child & CLAST_CHILD_ITEM) != 0 ? items[child & ~CLAST_CHILD_ITEM]
                                                      : tree->boxes[child];
         whole.lower = store3(min3(load3(whole.lower), load3(boxes[i].lower)));

@@ -189,7 +189,8 @@ static bin_map make_map(clast_words8 centres, uint32_t bins)
     for (int axis = 0; axis < 3; axis++) {
         int32_t size = centres[axis] + centres[4 + axis];
         map.base[axis] = -centres[axis];
-        map.scale[axis] = size > 0 ? (float)bins * (1.0f - 0x1p-20f) / (float)size : 0.0f; // the last one's bin is there
+        map.scale[axis] = size > 0 ? (float)bins * (1.0f - 0x1p-20f) / (float)size
+                                   : 0.0f; // the last one's bin is there
     }
     return map;
 }
@@ -334,15 +335,6 @@ static void build_subtree(clast_tree_builder *b, clast_build_range *subtree)
     }
 }
 
-static void subtree_job(void *data, size_t begin, size_t end, uint32_t worker)
-{
-    (void)worker;
-    clast_tree_builder *b = data;
-    for (size_t i = begin; i < end; i++) {
-        build_subtree(b, &b->ranges[i]);
-    }
-}
-
 static void split_job(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
@@ -380,16 +372,51 @@ static bool split_ranges(clast_tree_builder *b)
     return count != range_count;
 }
 
-void clast_tree_split(clast_tree_builder *b)
+void clast_tree_split_begin(clast_tree_builder *b)
 {
     fill_items(b);
     b->ranges[0] = (clast_build_range){0, b->count, 0, 0, 0, 1.0f / ((float)GRID_MOST * (float)GRID_MOST)};
     b->range_count = 1;
     b->top_count = 0;
-    while (b->range_count <= MOST_SUBTREES / 2 && split_ranges(b)) {
+}
+
+bool clast_tree_split_large(clast_tree_builder *b)
+{
+    return b->range_count <= MOST_SUBTREES / 2 && split_ranges(b);
+}
+
+typedef struct subtree_list {
+    clast_tree_builder *b;
+    uint32_t first;
+} subtree_list;
+
+static void subtree_job(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const subtree_list *list = data;
+    for (size_t i = begin; i < end; i++) {
+        build_subtree(list->b, &list->b->ranges[list->first + i]);
     }
-    clast_parallel_for(b->context, b->range_count, 1, subtree_job, b);
+}
+
+void clast_tree_split_subtrees(clast_tree_builder *b, uint32_t first, uint32_t count)
+{
+    subtree_list list = {b, first};
+    clast_parallel_for(b->context, count, 1, subtree_job, &list);
+}
+
+void clast_tree_split_end(clast_tree_builder *b)
+{
     while (b->top_count > 0) {
         clast_tree_costs(b, b->tops[--b->top_count]);
     }
+}
+
+void clast_tree_split(clast_tree_builder *b)
+{
+    clast_tree_split_begin(b);
+    while (clast_tree_split_large(b)) {
+    }
+    clast_tree_split_subtrees(b, 0, b->range_count);
+    clast_tree_split_end(b);
 }

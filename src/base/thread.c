@@ -68,7 +68,8 @@ static void pause_briefly(void)
 
 static void look_for_job(clast_pool *pool, uint64_t seen)
 {
-    for (uint32_t i = 0; i < pool->looks && atomic_load(&pool->generation) == seen && !atomic_load(&pool->ending); i++) {
+    for (uint32_t i = 0; i < pool->looks && atomic_load(&pool->generation) == seen && !atomic_load(&pool->ending);
+         i++) {
         pause_briefly();
     }
 }
