@@ -55,7 +55,7 @@ void accel_trace_hits(accel_job *j);
 void accel_measure_diffuse(accel_job *j, const char *metric, const char *peer_detail);
 // accel_twist.c: diffuse_after_twist
 void accel_measure_twist(accel_job *j);
-// accel_instances.c: tlas_update, tlas_partial
-void accel_measure_instances(bench *b, uint32_t threads);
+// accel_instances.c: tlas_update and, with `all`, tlas_partial
+void accel_measure_instances(bench *b, uint32_t threads, bool all);
 
 #endif
