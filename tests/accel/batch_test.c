@@ -5,7 +5,7 @@
 
 #include "accel/meshes.h"
 
-enum { RAYS = 3000, INSTANCES = 12, KINDS = 3 };
+enum { RAYS = 1500, INSTANCES = 12, KINDS = 3 };
 
 typedef struct world {
     clustered terrain, ball;

@@ -173,19 +173,19 @@ static void hits_lie_on_triangles(clast_context *context, mesh m, uint32_t rays)
 
 static void hits_lie_on_triangles_of_a_soup(void **state)
 {
-    hits_lie_on_triangles(*state, mesh_soup(2000, 0.2f, 1), 100000);
+    hits_lie_on_triangles(*state, mesh_soup(2000, 0.2f, 1), 20000);
 }
 
 static void hits_lie_on_large_triangles(void **state)
 {
-    hits_lie_on_triangles(*state, mesh_soup(20, 1.0f, 2), 100000);
+    hits_lie_on_triangles(*state, mesh_soup(20, 1.0f, 2), 20000);
 }
 
 static void hits_lie_on_the_triangles_of_a_closed_mesh(void **state)
 {
     mesh m = mesh_octasphere(4);
     mesh_displace(&m, 0.2f, 3);
-    hits_lie_on_triangles(*state, m, 100000);
+    hits_lie_on_triangles(*state, m, 20000);
 }
 
 // Long, and as thin as floats can make them.
@@ -200,7 +200,7 @@ static void hits_lie_on_slivers(void **state)
             p[6 + axis] = p[axis] + place * (p[3 + axis] - p[axis]) + thin * random_between(&r, -1, 1);
         }
     }
-    hits_lie_on_triangles(*state, m, 200000);
+    hits_lie_on_triangles(*state, m, 40000);
 }
 
 // In the plane z = 0.3 x + 0.1: seen along it, triangles are lines.
@@ -210,7 +210,7 @@ static void hits_lie_on_the_triangles_of_a_plane_seen_edge_on(void **state)
     for (uint32_t i = 0; i < m.vertex_count; i++) {
         m.positions[3 * i + 2] = 0.3f * m.positions[3 * i] + 0.1f;
     }
-    hits_lie_on_triangles(*state, m, 100000);
+    hits_lie_on_triangles(*state, m, 20000);
 }
 
 // Small ones far from the middle, where floats have few steps left.
@@ -218,7 +218,7 @@ static void hits_lie_on_triangles_far_away(void **state)
 {
     mesh m = mesh_soup(500, 0.2f, 7);
     mesh_transform(&m, 1.0f, 3000.0f, -70000.0f, 12.0f);
-    hits_lie_on_triangles(*state, m, 100000);
+    hits_lie_on_triangles(*state, m, 20000);
 }
 
 // The largest row sum of |m| |m^-1|.
@@ -265,7 +265,7 @@ static void hits_lie_on_transformed_triangles(void **state)
     assert_ok(context, clast_tlas_create(context, &tlas));
     randoms r = {9};
     worst w = {0};
-    for (uint32_t turn = 0; turn < 100; turn++) {
+    for (uint32_t turn = 0; turn < 25; turn++) {
         clast_tlas_instance instance = instance_of(c.blas, 0);
         for (uint32_t k = 0; k < 12; k++) {
             float most = k % 4 == 3 ? (turn % 3 == 0 ? 100.0f : 1.0f) : 1.5f;
@@ -295,7 +295,7 @@ static void hits_lie_on_transformed_triangles(void **state)
         mesh_free(&world);
     }
     printf("%u hits; %.3f of the bound for lines, %.3f of that for points\n", w.hits, w.line, w.point);
-    assert_true(w.hits > 10000);
+    assert_true(w.hits > 5000);
     assert_true(w.line <= 1.0);
     assert_true(w.point <= 1.0);
     clast_tlas_destroy(tlas);
