@@ -153,8 +153,8 @@ typedef struct clast_clas_gather {
     const float *positions; /**< the shared vertices, 3 floats each */
     size_t position_count;
     const uint32_t *numbers; /**< of the position of each vertex of each cluster; each below position_count */
-    const uint32_t
-        *first; /**< for each slot of the pool: where its vertices begin in `numbers` and, times 3, in `vertices` */
+    /** For each slot of the pool: where its vertices begin in `numbers` and, times 3, in `vertices`. */
+    const uint32_t *first;
     float *vertices; /**< what the clusters were instantiated with: a slot's are at vertices + 3 * first[slot] */
 } clast_clas_gather;
 

@@ -139,6 +139,14 @@ static void updates_in_kept_shape_need_no_reserve(void **state)
 {
     (void)state;
     stage *s = stage_make(2);
+    static uint32_t positions[CLUSTERS * GRID_VERTICES], first[CLUSTERS];
+    for (uint32_t i = 0; i < CLUSTERS * GRID_VERTICES; i++) {
+        positions[i] = i;
+        first[i / GRID_VERTICES] = i / GRID_VERTICES * GRID_VERTICES;
+    }
+    float(*mesh)[GRID_VERTICES][3] = calloc(CLUSTERS, sizeof *mesh);
+    memcpy(mesh, s->vertices, CLUSTERS * sizeof *mesh);
+    const clast_clas_gather gather = {mesh[0][0], CLUSTERS * GRID_VERTICES, positions, first, s->vertices[0][0]};
     assert_ok(s->context, run_frame(s, 0.0f, CLAST_BUILD_BEST));
     uint32_t calls = s->tap.calls;
     for (uint32_t frame = 0; frame < 5; frame++) {
@@ -146,12 +154,14 @@ static void updates_in_kept_shape_need_no_reserve(void **state)
         move_vertices(s, (float)frame);
         assert_ok(s->context, clast_clas_instantiate(s->pool, 0, CLUSTERS, s->inputs));
         assert_ok(s->context, clast_clas_refit(s->pool, 0, CLUSTERS));
+        assert_ok(s->context, clast_clas_refit_gathered(s->pool, 0, CLUSTERS, &gather));
         assert_ok(s->context, clast_blas_refit(s->blas));
         assert_ok(s->context, clast_tlas_update(s->tlas, numbers, s->instances, 2));
         assert_ok(s->context, clast_tlas_update(s->tlas, NULL, s->instances, INSTANCES));
     }
     assert_int_equal(s->tap.calls, calls);
     assert_hits(s);
+    free(mesh);
     stage_free(s);
 }
 
