@@ -42,7 +42,9 @@ static inline clast_words8 centre_of(clast_words8 item)
 // Half a box's surface in grid steps, sides counted one longer than they are: so that lines and points have some, too.
 static inline uint32_t area_of(clast_words8 box)
 {
-    clast_words8 sizes = box + SWAP_HALVES(box);
+    // Without signs: of an empty box's sides the sum wraps to none.
+    typedef uint16_t sizes8 __attribute__((vector_size(16)));
+    sizes8 sizes = (sizes8)box + (sizes8)SWAP_HALVES(box);
     uint64_t sides;
     memcpy(&sides, &sizes, sizeof sides);
     uint32_t x = (uint32_t)(sides & 0xffff) + 1, y = (uint32_t)(sides >> 16 & 0xffff) + 1,
