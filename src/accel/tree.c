@@ -7,7 +7,16 @@
 
 #include "accel/tree_build.h"
 
-enum { FAST_LEAF_ITEMS = 8, FAST_BINS = 16, BEST_BINS = 32, SUBTREES = 64, SUBTREE_LEAST = 256, SUBTREE_MOST = 4096 };
+enum {
+    FAST_LEAF_ITEMS = 8,
+    FAST_BINS = 16,
+    BEST_BINS = 32,
+    FAST_STEPS = 1024,
+    BEST_STEPS = 8192,
+    SUBTREES = 64,
+    SUBTREE_LEAST = 256,
+    SUBTREE_MOST = 4096
+};
 
 // All working memory of a build over b->count items. Without memory in the arena this only counts.
 static void take_scratch(clast_tree_builder *b, clast_arena *arena)
@@ -54,6 +63,7 @@ clast_tree_builder clast_tree_builder_make(clast_context *context, const clast_b
                             .count = (uint32_t)count,
                             .leaf_items = build == CLAST_BUILD_FAST ? FAST_LEAF_ITEMS : 1,
                             .bins = build == CLAST_BUILD_FAST ? FAST_BINS : BEST_BINS,
+                            .least_steps = build == CLAST_BUILD_FAST ? FAST_STEPS : BEST_STEPS,
                             .subtree_items = (uint32_t)count / SUBTREES};
     b.subtree_items = b.subtree_items < SUBTREE_LEAST ? SUBTREE_LEAST : b.subtree_items;
     b.subtree_items = b.subtree_items > SUBTREE_MOST ? SUBTREE_MOST : b.subtree_items;

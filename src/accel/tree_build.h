@@ -53,6 +53,7 @@ typedef struct clast_tree_builder {
     uint32_t count;
     uint32_t leaf_items;    // ranges of so many are not split
     uint32_t bins;          // between which cuts are sought
+    int32_t least_steps;    // of the whole's grid; a subtree that covers fewer has a grid of its own
     uint32_t subtree_items; // ranges of fewer are built whole by one thread
     clast_box whole;
     float extent;     // the whole box's longest side

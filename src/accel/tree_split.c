@@ -12,7 +12,7 @@
 #include <emmintrin.h>
 #endif
 
-enum { MOST_BINS = 32, FEW_ITEMS = 32, FEW_BINS = 8, REQUANTISED_ITEMS = 16384 };
+enum { MOST_BINS = 32, FEW_ITEMS = 32, FEW_BINS = 8, FETCH_AHEAD = 16 };
 
 // ------------------------------------------------------------------------------------------------------------- vectors
 
@@ -130,11 +130,14 @@ static void fill_items(clast_tree_builder *b)
     clast_parallel_for(b->context, b->count, ITEM_GRAIN, fill_part, b);
 }
 
-// A grid over a range alone: of many items, the whole's would be too coarse.
+// A grid over a range alone, for ranges that cover few steps of the whole's.
 static void refine_grid(const clast_tree_builder *b, clast_build_range *range)
 {
     clast_box box = clast_box_empty();
     for (uint32_t i = range->begin; i < range->end; i++) {
+        if (i + FETCH_AHEAD < range->end) {
+            __builtin_prefetch(&b->boxes[number_of(&b->order[i + FETCH_AHEAD])]);
+        }
         box_include(&box, &b->boxes[number_of(&b->order[i])]);
     }
     if (clast_box_is_empty(&box)) {
@@ -290,6 +293,16 @@ static uint32_t cut_range(clast_tree_builder *b, const clast_build_range *range,
 
 // -------------------------------------------------------------------------------------------------------------- ranges
 
+static int32_t longest_steps(clast_words8 box)
+{
+    int32_t longest = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        int32_t steps = box[axis] + box[4 + axis];
+        longest = steps > longest ? steps : longest;
+    }
+    return longest;
+}
+
 // Makes a range's node. False where it is a leaf; else gives the halves, of which the right one's node is not told yet.
 static bool split_range(clast_tree_builder *b, const clast_build_range *range, clast_build_range *left,
                         clast_build_range *right)
@@ -313,7 +326,7 @@ static void build_subtree(clast_tree_builder *b, clast_build_range *subtree)
         uint32_t parent;
     } stack[TREE_DEPTH + 1];
     uint32_t waiting = 0, next = subtree->node + 1;
-    if (b->count > REQUANTISED_ITEMS) {
+    if (longest_steps(extent_of(b, subtree).box) < b->least_steps) {
         refine_grid(b, subtree);
     }
     clast_build_range range = *subtree;
