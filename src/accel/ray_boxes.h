@@ -8,8 +8,9 @@
 // less than 10 e M. So all sides are moved outwards by pad = 32 e M = 2^-19 M, and ties at the limit are kept.
 // Direction components below 2^-30 of the largest are taken as 2^-30: that moves the ray by less than 2^-28 M.
 //
-// In each space, lengths and distances are scaled by powers of two: the direction's largest component to [1, 2), and M to
-// [1, 2), so that nothing overflows, and tiny scenes keep their precision.
+// In each space, distances are scaled by a power of two, so that M becomes less than 2, and tiny scenes keep their precision.
+// Directions are tame: their largest component is in [DIRECTION_LEAST, DIRECTION_MOST], as it is, or is brought to [1, 2) by a
+// power of two. So nothing overflows.
 #ifndef CLAST_ACCEL_RAY_BOXES_H
 #define CLAST_ACCEL_RAY_BOXES_H
 
@@ -25,7 +26,10 @@
 #define PAD_WORLD 7.62939453125e-6f    // 2^-17, times the condition of the maps (tlas.c)
 #define INVERSE_MOST 1073741824.0f     // 2^30
 
-enum { SCALE_MOST = 86 }; // exponent: of what is smaller, distances stay small
+#define DIRECTION_LEAST 9.5367431640625e-7f // 2^-20
+#define DIRECTION_MOST 1048576.0f           // 2^20
+
+enum { SCALE_MOST = 60 }; // exponent: of what is smaller, distances stay small
 
 // -------------------------------------------------------------------------------------------------------- powers of two
 
@@ -82,7 +86,7 @@ typedef struct space {
     clast_floats4 inverse; // 1 / direction, scaled
     clast_floats4 pad;
     uint32_t first[3]; // for each axis, which sides the ray meets first: 1, the upper ones, where it runs downwards
-    int exponent;      // distances here are the ray's t times 2^exponent
+    float scale[2];    // distances here are the ray's t times both
     float t_min;
 } space;
 
@@ -92,30 +96,30 @@ CLAST_LANES float reach_of(clast_floats4 origin, const clast_box *box)
     return largest_lane(max4(abs4(load_three4(box->lower.v) - origin), abs4(load_three4(box->upper.v) - origin)));
 }
 
-// The biased exponent of a power of two that brings `reach` to [1, 2), at most 2^SCALE_MOST. `reach` is below 2^127.
-CLAST_LANES int scale_of(float reach)
-{
-    int scale = 254 - (int)(floatBitsToUint(reach) >> 23);
-    return scale < 127 + SCALE_MOST ? scale : 127 + SCALE_MOST;
-}
-
 // A distance along the ray, as the boxes see it.
 CLAST_LANES float distance_in(const space *s, float t)
 {
-    return scale_by(t, s->exponent);
+    return t * s->scale[0] * s->scale[1];
 }
 
-// `direction` has its largest component in [1, 2); `exponent` says how the ray's t becomes a multiple of it.
-CLAST_LANES space make_space(clast_floats4 origin, clast_floats4 direction, int exponent, float reach, float pad,
-                             float t_min)
+// `direction` is tame, `largest` its largest component; `exponent` says how the ray's t becomes a multiple of it.
+CLAST_LANES space make_space(clast_floats4 origin, clast_floats4 direction, float largest, int exponent, float reach,
+                             float pad, float t_min)
 {
-    int scale = scale_of(reach);
-    clast_floats4 inverse = splat4(1.0f) / direction;
-    inverse = min4(max4(inverse, splat4(-INVERSE_MOST)), splat4(INVERSE_MOST));
-    space s = {.origin = origin, .exponent = exponent + scale - 127};
-    s.inverse = inverse * splat4(power_of_two((uint)scale)) * (clast_floats4){1.0f, 1.0f, 1.0f, 0.0f};
+    const clast_floats4 three = {1.0f, 1.0f, 1.0f, 0.0f};
+    int scale = 254 - (int)(floatBitsToUint(reach) >> 23); // 2^-exponent_of(reach), biased
+    scale = scale < 127 + SCALE_MOST ? scale : 127 + SCALE_MOST;
+    clast_floats4 most = splat4(INVERSE_MOST * power_of_two(254 - (floatBitsToUint(largest) >> 23)));
+    space s = {.origin = origin, .scale = {power_of_two((uint)scale), 1.0f}};
+    s.inverse = min4(max4(splat4(1.0f) / direction, -most), most) * (splat4(s.scale[0]) * three);
     s.pad = abs4(s.inverse) * splat4(pad);
-    uint32_t signs = bits4(s.inverse < splat4(0.0f));
+    if (__builtin_expect(exponent != 0, 0)) {
+        int all = exponent + scale - 127;
+        all = all < -252 ? -252 : all > 252 ? 252 : all;
+        s.scale[0] = two_to(all / 2);
+        s.scale[1] = two_to(all - all / 2);
+    }
+    uint32_t signs = bits4((clast_ints4)direction);
     for (uint32_t axis = 0; axis < 3; axis++) {
         s.first[axis] = signs >> axis & 1;
     }
@@ -136,12 +140,18 @@ typedef struct grid {
     clast_floats4 step, near, far;
 } grid;
 
-// `lower` is followed by the three biased exponents and another byte, in nodes and clusters alike.
+// `lower` is followed by the three biased exponents and another byte, in nodes and clusters alike. Fourth lanes mean nothing.
 CLAST_LANES grid make_grid(const space *s, const float *lower)
 {
-    clast_ints4 exponents = load_bytes4((const uint8_t *)(lower + 3)) << 23;
-    clast_floats4 shift = (load_three4(lower) - s->origin) * s->inverse;
-    return (grid){(clast_floats4)exponents * s->inverse, shift - s->pad, shift + s->pad};
+    clast_floats4 base = load_four4(lower);
+#if defined(__AVX2__)
+    const __m128i to_top = _mm_setr_epi8(-1, -1, -1, 12, -1, -1, -1, 13, -1, -1, -1, 14, -1, -1, -1, -1);
+    clast_floats4 step = (clast_floats4)_mm_srli_epi32(_mm_shuffle_epi8((__m128i)base, to_top), 1);
+#else
+    clast_floats4 step = (clast_floats4)(load_bytes4((const uint8_t *)(lower + 3)) << 23);
+#endif
+    clast_floats4 shift = (base - s->origin) * s->inverse;
+    return (grid){step * s->inverse, shift - s->pad, shift + s->pad};
 }
 
 // Which of the first `count` of eight boxes the ray meets between its t_min and `limit`. `sides` are those of a node, or of

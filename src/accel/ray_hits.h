@@ -139,6 +139,22 @@ CLAST_LANES clast_points8 shear8(const clast_watertight_ray *ray, clast_points8 
                            (turned.y - splat8(ray->shear_y) * turned.z) * scale, turned.z * scale};
 }
 
+// Considers the lanes whose bits are set. Gives true where the search is over.
+CLAST_LANES bool consider_all(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block,
+                              uint32_t bits, clast_floats8 t, clast_floats8 edge_b, clast_floats8 edge_c,
+                              clast_floats8 sum)
+{
+    while (bits != 0) {
+        uint32_t lane = (uint32_t)__builtin_ctz(bits);
+        bits &= bits - 1;
+        if (t[lane] <= w->best.t &&
+            consider(w, slot, clas, block, lane, t[lane], edge_b[lane] / sum[lane], edge_c[lane] / sum[lane])) {
+            return true;
+        }
+    }
+    return false;
+}
+
 // A block's eight triangles: watertight_edges, watertight_passes, and the range. Gives true where the search is over.
 CLAST_LANES bool test_block(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block)
 {
@@ -159,15 +175,7 @@ CLAST_LANES bool test_block(traversal *w, uint32_t slot, const clast_clas *clas,
     clast_floats8 depth = (edge_a * a.z + edge_b * b.z) + edge_c * c.z;
     clast_floats8 t = depth / sum * splat8(w->along) * splat8(w->along_rest);
     uint32_t bits = bits8(passes & (t >= splat8(w->ray->t_min)) & (t <= splat8(w->best.t)));
-    while (bits != 0) {
-        uint32_t lane = (uint32_t)__builtin_ctz(bits);
-        bits &= bits - 1;
-        if (t[lane] <= w->best.t &&
-            consider(w, slot, clas, block, lane, t[lane], edge_b[lane] / sum[lane], edge_c[lane] / sum[lane])) {
-            return true;
-        }
-    }
-    return false;
+    return consider_all(w, slot, clas, block, bits, t, edge_b, edge_c, sum);
 }
 
 // ------------------------------------------------------------------------------------------------------------ instances
@@ -188,27 +196,63 @@ CLAST_LANES bool are_below(clast_floats4 v, float most)
     return (bits4(abs4(v) <= splat4(most)) & 7) == 7;
 }
 
-// watertight_ray, in vectors, and what makes a distance of a depth.
-CLAST_LANES void set_shear(traversal *w, clast_floats4 origin, clast_floats4 direction, int exponent, int scale)
+// The lane of the largest of three, the first of equal ones.
+CLAST_LANES uint32_t largest_axis(clast_floats4 size)
 {
-    clast_floats4 size = abs4(direction);
-    uint32_t axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
-    // The components that become x, y and z, and a one.
+    clast_ints4 largest = (size >= __builtin_shufflevector(size, size, 1, 2, 0, 3)) &
+                          (size >= __builtin_shufflevector(size, size, 2, 0, 1, 3));
+    return (uint32_t)__builtin_ctz(bits4(largest));
+}
+
+// Turns three lanes so that lane `axis` becomes the third; the fourth becomes a one.
+CLAST_LANES clast_floats4 turn_lanes(clast_floats4 v, uint32_t axis)
+{
     const clast_floats4 one = {1.0f, 1.0f, 1.0f, 1.0f};
-    clast_floats4 turned = axis == 0   ? __builtin_shufflevector(direction, one, 1, 2, 0, 4)
-                           : axis == 1 ? __builtin_shufflevector(direction, one, 2, 0, 1, 4)
-                                       : __builtin_shufflevector(direction, one, 0, 1, 2, 4);
+#if defined(__AVX2__)
+    static const int32_t turns[3][4] = {{1, 2, 0, 3}, {2, 0, 1, 3}, {0, 1, 2, 3}};
+    __m128i turn = _mm_loadu_si128((const __m128i *)(const void *)turns[axis]);
+    return (clast_floats4)_mm_blend_ps(_mm_permutevar_ps((__m128)v, turn), (__m128)one, 8);
+#else
+    return axis == 0   ? __builtin_shufflevector(v, one, 1, 2, 0, 4)
+           : axis == 1 ? __builtin_shufflevector(v, one, 2, 0, 1, 4)
+                       : __builtin_shufflevector(v, one, 0, 1, 2, 4);
+#endif
+}
+
+// watertight_ray, in vectors, and what makes a distance of a depth.
+CLAST_LANES void set_shear(traversal *w, clast_floats4 origin, clast_floats4 direction, int exponent, float reach)
+{
+    uint32_t axis = largest_axis(abs4(direction));
+    clast_floats4 turned = turn_lanes(direction, axis);
     clast_floats4 shear = turned / __builtin_shufflevector(turned, turned, 2, 2, 2, 2);
-    shear = pick4(abs4(shear) < splat4(WATERTIGHT_SHEAR_LEAST), splat4(0.0f), shear);
+    shear = (clast_floats4)((clast_ints4)shear & (abs4(shear) >= splat4(WATERTIGHT_SHEAR_LEAST)));
+    int scale = 254 + (int)WATERTIGHT_EXPONENT - (int)(floatBitsToUint(reach) >> 23);
+    scale = scale < 253 ? scale : 253;
     memcpy(&w->watertight.origin, &origin, sizeof w->watertight.origin);
-    w->watertight.scale = two_to(scale);
+    w->watertight.scale = power_of_two((uint)scale);
     w->watertight.axis = axis;
     w->watertight.shear_x = shear[0];
     w->watertight.shear_y = shear[1];
-    int rest = -(exponent + scale), half = rest < -252 ? -126 : rest > 252 ? 126 : rest / 2;
-    rest = rest - half < -126 ? -126 : rest - half > 126 ? 126 : rest - half;
-    w->along = shear[3] * two_to(half);
-    w->along_rest = two_to(rest);
+    w->along = shear[3];
+    w->along_rest = power_of_two((uint)(254 - scale));
+    if (__builtin_expect(exponent != 0, 0)) {
+        int rest = 127 - scale - exponent, half = rest < -252 ? -126 : rest > 252 ? 126 : rest / 2;
+        rest = rest - half < -126 ? -126 : rest - half > 126 ? 126 : rest - half;
+        w->along = shear[3] * two_to(half);
+        w->along_rest = two_to(rest);
+    }
+}
+
+// Brings a direction whose length is extraordinary to [1, 2), and gives the exponent by which; zero for others.
+CLAST_LANES int tame_direction(clast_floats4 *direction, float *largest)
+{
+    int exponent = 0;
+    if (__builtin_expect(!(*largest >= DIRECTION_LEAST && *largest <= DIRECTION_MOST), 0)) {
+        exponent = exponent_of(*largest);
+        *direction = scale_lanes(*direction, -exponent);
+        *largest = largest_lane(abs4(*direction));
+    }
+    return exponent;
 }
 
 // Brings the ray into an instance's object space. False where it cannot hit anything there.
@@ -218,22 +262,23 @@ CLAST_LANES bool enter_instance(traversal *w, const clast_placement *placement, 
         return false;
     }
     clast_floats4 origin = load_three4(w->ray->origin), turned = direction;
-    if (!placement->is_identity) {
+    float largest;
+    if (placement->is_identity) {
+        largest = largest_lane(abs4(turned));
+    } else {
         origin = apply(placement->to_object, origin - load_three4(placement->origin));
         turned = apply(placement->to_object, direction);
-        float largest = largest_lane(abs4(turned));
+        largest = largest_lane(abs4(turned));
         if (!(largest > 0.0f && are_below(turned, FLT_MAX) && are_below(origin, BOX_COORDINATE_MOST))) {
             return false;
         }
-        int own = exponent_of(largest);
-        turned = scale_lanes(turned, -own);
-        exponent += own;
+        exponent += tame_direction(&turned, &largest);
     }
     float reach = reach_of(origin, &placement->blas->tree.boxes[0]);
     w->placement = placement;
-    w->object = make_space(origin, turned, exponent, reach, reach * PAD_OBJECT, w->ray->t_min);
+    w->object = make_space(origin, turned, largest, exponent, reach, reach * PAD_OBJECT, w->ray->t_min);
     set_limit(w);
-    set_shear(w, origin, turned, exponent, scale_of(reach) - 127 + (int)WATERTIGHT_EXPONENT);
+    set_shear(w, origin, turned, exponent, reach);
     return true;
 }
 
@@ -249,8 +294,7 @@ CLAST_LANES bool is_valid_ray(const clast_ray *ray, float *largest)
            ray->t_min <= ray->t_max;
 }
 
-// Sets up a search: false where the ray can hit nothing. Gives its direction with the largest component in [1, 2), which
-// is the ray's times 2^-exponent.
+// Sets up a search: false where the ray can hit nothing. Gives its direction, tame, which is the ray's times 2^-exponent.
 CLAST_LANES bool begin_ray(traversal *w, const clast_tlas *tlas, clast_floats4 *direction, int *exponent)
 {
     const clast_ray *ray = w->ray;
@@ -261,8 +305,8 @@ CLAST_LANES bool begin_ray(traversal *w, const clast_tlas *tlas, clast_floats4 *
     if (!tlas->visible || !is_valid_ray(ray, &largest)) {
         return false;
     }
-    *exponent = exponent_of(largest);
-    *direction = scale_lanes(load_three4(ray->direction), -*exponent);
+    *direction = load_three4(ray->direction);
+    *exponent = tame_direction(direction, &largest);
     return true;
 }
 

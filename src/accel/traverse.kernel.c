@@ -5,45 +5,49 @@
 // network, and all lanes are written to the stack, whose height then says how many of them count.
 #include "accel/ray_blocks.h"
 
-// What waits, the next on top.
-typedef struct ray_stack {
-    uint32_t height;
-    int32_t keys[TREE_STACK + TREE_WIDTH];
-    uint32_t children[TREE_STACK + TREE_WIDTH];
-} ray_stack;
+// What waits, the next on top: keys and children.
+#define RAY_STACK_ROOM (TREE_STACK + TREE_WIDTH)
 
-// Takes the nearest of a node's children that were hit, and puts the others on the stack. There must be one.
-CLAST_LANES uint32_t push_children(ray_stack *stack, const clast_node *node, const box_hits *hits)
+// Takes the nearest of a node's children that were hit, and puts the others on the stack: the nearest on top, where they are no
+// more than four. There must be one.
+CLAST_LANES uint32_t push_children(int32_t *stack_keys, uint32_t *stack, uint32_t *height, const clast_node *node,
+                                   const box_hits *hits)
 {
     clast_ints8 keys = keys_of8(hits->near, 0), children;
-    int32_t nearest = least_of8(pick_ints8(hits->mask, keys, splat_ints8(INT32_MAX)));
-    keys = sort_down8(pick_ints8(hits->mask, keys, splat_ints8(INT32_MIN)));
+    uint32_t nearest = (uint32_t)least_of8(pick_ints8(hits->mask, keys, splat_ints8(INT32_MAX))) & (TREE_WIDTH - 1);
+    uint32_t others = hits->bits & ~(1u << nearest);
+    keys = pick_ints8(first_lanes8((uint32_t)__builtin_popcount(others)), gather_lanes8(keys, others),
+                      splat_ints8(INT32_MIN));
+    keys = sort_four_down8(keys);
     memcpy(&children, node->children, sizeof children);
     children = look_up8(children, keys);
-    memcpy(stack->keys + stack->height, &keys, sizeof keys);
-    memcpy(stack->children + stack->height, &children, sizeof children);
-    stack->height += (uint32_t)__builtin_popcount(hits->bits) - 1; // the last one is the nearest
-    return node->children[nearest & (TREE_WIDTH - 1)];
+    memcpy(stack_keys + *height, &keys, sizeof keys);
+    memcpy(stack + *height, &children, sizeof children);
+    *height += (uint32_t)__builtin_popcount(others);
+    return node->children[nearest];
 }
 
 // The next child that is not beyond `cull`; false where there is none.
-CLAST_LANES bool pop_child(ray_stack *stack, float cull, uint32_t *child)
+CLAST_LANES bool pop_child(const int32_t *stack_keys, const uint32_t *stack, uint32_t *height, float cull,
+                           uint32_t *child)
 {
+    uint32_t left = *height;
     do {
-        if (stack->height == 0) {
+        if (left == 0) {
             return false;
         }
-        stack->height--;
-    } while (distance_of_key(stack->keys[stack->height]) > cull);
-    *child = stack->children[stack->height];
+        left--;
+    } while (distance_of_key(stack_keys[left]) > cull);
+    *child = stack[left];
+    *height = left;
     return true;
 }
 
 // Fetches what waits on top, as it comes next unless something near is hit: two lines.
-CLAST_LANES void prefetch_top(const clast_blas *blas, const ray_stack *stack)
+CLAST_LANES void prefetch_top(const clast_blas *blas, const uint32_t *stack, uint32_t height)
 {
-    if (stack->height > 0) {
-        uint32_t child = stack->children[stack->height - 1];
+    if (height > 0) {
+        uint32_t child = stack[height - 1];
         const uint8_t *at = (child & CLAST_CHILD_ITEM) != 0
                                 ? (const uint8_t *)clast_pool_slot(blas->pool, child & ~CLAST_CHILD_ITEM)
                                 : (const uint8_t *)&blas->tree.nodes[child];
@@ -58,8 +62,8 @@ static bool traverse_blas(traversal *w)
     const clast_blas *blas = w->placement->blas;
     const clast_node *nodes = blas->tree.nodes;
     const space s = w->object;
-    ray_stack stack;
-    stack.height = 0;
+    int32_t stack_keys[RAY_STACK_ROOM];
+    uint32_t stack[RAY_STACK_ROOM], height = 0;
     uint32_t child = 0, steps = 0;
     bool over = false;
     do {
@@ -67,18 +71,18 @@ static bool traverse_blas(traversal *w)
         if ((child & CLAST_CHILD_ITEM) == 0) {
             box_hits hits = test_node(&s, &nodes[child], w->limit);
             if (hits.bits != 0) {
-                child = push_children(&stack, &nodes[child], &hits);
+                child = push_children(stack_keys, stack, &height, &nodes[child], &hits);
                 continue;
             }
         } else {
             uint32_t slot = child & ~CLAST_CHILD_ITEM;
-            prefetch_top(blas, &stack);
+            prefetch_top(blas, stack, height);
             if (test_cluster(w, &s, slot, clast_pool_slot(blas->pool, slot))) {
                 over = true;
                 break;
             }
         }
-        if (!pop_child(&stack, w->cull, &child)) {
+        if (!pop_child(stack_keys, stack, &height, w->cull, &child)) {
             break;
         }
     } while (true);
@@ -86,16 +90,17 @@ static bool traverse_blas(traversal *w)
     return over;
 }
 
-// `direction` has its largest component in [1, 2) by 2^exponent.
+// `direction` is tame, by 2^exponent.
 static void traverse_tlas(const clast_tlas *tlas, traversal *w, clast_floats4 direction, int exponent)
 {
     clast_floats4 origin = load_three4(w->ray->origin);
     float reach = reach_of(origin, &tlas->tree.boxes[0]),
           pad = min1(reach * PAD_WORLD * tlas->spread, BOX_COORDINATE_MOST);
-    const space world = make_space(origin, direction, exponent, reach, pad, w->ray->t_min);
+    const space world = make_space(origin, direction, largest_lane(abs4(direction)), exponent, reach, pad,
+                                   w->ray->t_min);
     float limit = distance_in(&world, w->best.t), cull = cull_limit(limit);
-    ray_stack stack;
-    stack.height = 0;
+    int32_t stack_keys[RAY_STACK_ROOM];
+    uint32_t stack[RAY_STACK_ROOM], height = 0;
     uint32_t child = 0;
     do {
         if ((child & CLAST_CHILD_ITEM) == 0) {
@@ -103,7 +108,7 @@ static void traverse_tlas(const clast_tlas *tlas, traversal *w, clast_floats4 di
             const clast_node *node = &tlas->tree.nodes[child];
             box_hits hits = test_node(&world, node, limit);
             if (hits.bits != 0) {
-                child = push_children(&stack, node, &hits);
+                child = push_children(stack_keys, stack, &height, node, &hits);
                 continue;
             }
         } else if (enter_instance(w, &tlas->placements[child & ~CLAST_CHILD_ITEM], direction, exponent)) {
@@ -113,7 +118,7 @@ static void traverse_tlas(const clast_tlas *tlas, traversal *w, clast_floats4 di
             limit = distance_in(&world, w->best.t);
             cull = cull_limit(limit);
         }
-        if (!pop_child(&stack, cull, &child)) {
+        if (!pop_child(stack_keys, stack, &height, cull, &child)) {
             return;
         }
     } while (true);

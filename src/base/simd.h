@@ -136,11 +136,13 @@ CLAST_LANES uint32_t bits8(clast_ints8 mask)
 #endif
 }
 
+// Bit i is set where lane i is negative.
 CLAST_LANES uint32_t bits4(clast_ints4 mask)
 {
 #if defined(__AVX2__) || defined(__SSE4_2__)
     return (uint32_t)_mm_movemask_ps((__m128)mask);
 #else
+    mask >>= 31;
     return (uint32_t)((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
 #endif
 }

@@ -64,12 +64,21 @@ CLAST_LANES clast_ints8 least_ints8(clast_ints8 a, clast_ints8 b)
 #endif
 }
 
-CLAST_LANES clast_ints8 most_ints8(clast_ints8 a, clast_ints8 b)
+CLAST_LANES clast_ints4 least_ints4(clast_ints4 a, clast_ints4 b)
 {
-#if defined(__AVX2__)
-    return (clast_ints8)_mm256_max_epi32((__m256i)a, (__m256i)b);
+#if defined(__AVX2__) || defined(__SSE4_2__)
+    return (clast_ints4)_mm_min_epi32((__m128i)a, (__m128i)b);
 #else
-    return (clast_ints8)pick8(a > b, (clast_floats8)a, (clast_floats8)b);
+    return (clast_ints4)pick4(a < b, (clast_floats4)a, (clast_floats4)b);
+#endif
+}
+
+CLAST_LANES clast_ints4 most_ints4(clast_ints4 a, clast_ints4 b)
+{
+#if defined(__AVX2__) || defined(__SSE4_2__)
+    return (clast_ints4)_mm_max_epi32((__m128i)a, (__m128i)b);
+#else
+    return (clast_ints4)pick4(a > b, (clast_floats4)a, (clast_floats4)b);
 #endif
 }
 
@@ -104,22 +113,53 @@ CLAST_LANES clast_ints8 look_up8(clast_ints8 table, clast_ints8 lanes)
 #endif
 }
 
-// The largest first: Batcher's network for eight.
-CLAST_LANES clast_ints8 sort_down8(clast_ints8 v)
+#if defined(__AVX2__) && !defined(__AVX512VL__)
+// For each set of lanes their numbers, the least first, a byte each.
+#define CLAST_LANE_(bits, i) ((bits) >> (i)&1 ? (uint64_t)(i) << 8 * __builtin_popcount((bits) & ((1 << (i)) - 1)) : 0)
+#define CLAST_ORDER_(bits) \
+    (CLAST_LANE_(bits, 0) | CLAST_LANE_(bits, 1) | CLAST_LANE_(bits, 2) | CLAST_LANE_(bits, 3) | \
+     CLAST_LANE_(bits, 4) | CLAST_LANE_(bits, 5) | CLAST_LANE_(bits, 6) | CLAST_LANE_(bits, 7))
+#define CLAST_ORDERS4_(bits) \
+    CLAST_ORDER_(bits), CLAST_ORDER_((bits) + 1), CLAST_ORDER_((bits) + 2), CLAST_ORDER_((bits) + 3)
+#define CLAST_ORDERS16_(bits) \
+    CLAST_ORDERS4_(bits), CLAST_ORDERS4_((bits) + 4), CLAST_ORDERS4_((bits) + 8), CLAST_ORDERS4_((bits) + 12)
+#define CLAST_ORDERS64_(bits) \
+    CLAST_ORDERS16_(bits), CLAST_ORDERS16_((bits) + 16), CLAST_ORDERS16_((bits) + 32), CLAST_ORDERS16_((bits) + 48)
+static const uint64_t clast_lane_orders[256] = {CLAST_ORDERS64_(0), CLAST_ORDERS64_(64), CLAST_ORDERS64_(128),
+                                                CLAST_ORDERS64_(192)};
+#endif
+
+// The lanes whose bits are set, moved to the front; what follows them means nothing.
+CLAST_LANES clast_ints8 gather_lanes8(clast_ints8 v, uint32_t bits)
 {
-    clast_ints8 p;
-    // Each lane meets its partner; the larger of both stays in the first lane of the two. Kept from 8 on: the smaller.
-#define ROUND(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, q) \
-    p = __builtin_shufflevector(v, v, a, b, c, d, e, f, g, h); \
-    v = __builtin_shufflevector(most_ints8(v, p), least_ints8(v, p), i, j, k, l, m, n, o, q);
-    ROUND(1, 0, 3, 2, 5, 4, 7, 6, 0, 9, 2, 11, 4, 13, 6, 15)
-    ROUND(3, 2, 1, 0, 7, 6, 5, 4, 0, 1, 10, 11, 4, 5, 14, 15)
-    ROUND(1, 0, 3, 2, 5, 4, 7, 6, 0, 9, 2, 11, 4, 13, 6, 15)
-    ROUND(7, 6, 5, 4, 3, 2, 1, 0, 0, 1, 2, 3, 12, 13, 14, 15)
-    ROUND(2, 3, 0, 1, 6, 7, 4, 5, 0, 1, 10, 11, 4, 5, 14, 15)
-    ROUND(1, 0, 3, 2, 5, 4, 7, 6, 0, 9, 2, 11, 4, 13, 6, 15)
+#if defined(__AVX512VL__) && defined(__AVX512DQ__)
+    return (clast_ints8)_mm256_maskz_compress_epi32((__mmask8)bits, (__m256i)v);
+#elif defined(__AVX2__)
+    __m128i order = _mm_loadl_epi64((const __m128i *)(const void *)&clast_lane_orders[bits]);
+    return look_up8(v, (clast_ints8)_mm256_cvtepu8_epi32(order));
+#else
+    clast_ints8 result = v;
+    for (int to = 0; bits != 0; bits &= bits - 1) {
+        result[to++] = v[__builtin_ctz(bits)];
+    }
+    return result;
+#endif
+}
+
+// The first four lanes with the largest first, by Batcher's network; the others stay.
+CLAST_LANES clast_ints8 sort_four_down8(clast_ints8 v)
+{
+    clast_ints4 four = __builtin_shufflevector(v, v, 0, 1, 2, 3), other;
+    // Each lane meets its partner; the larger of both stays in the first lane of the two. Kept from 4 on: the smaller.
+#define ROUND(a, b, c, d, e, f, g, h) \
+    other = __builtin_shufflevector(four, four, a, b, c, d); \
+    four = __builtin_shufflevector(most_ints4(four, other), least_ints4(four, other), e, f, g, h);
+    ROUND(1, 0, 3, 2, 0, 5, 2, 7)
+    ROUND(3, 2, 1, 0, 0, 1, 6, 7)
+    ROUND(1, 0, 3, 2, 0, 5, 2, 7)
 #undef ROUND
-    return v;
+    clast_ints8 sorted = __builtin_shufflevector(four, four, 0, 1, 2, 3, -1, -1, -1, -1);
+    return __builtin_shufflevector(sorted, v, 0, 1, 2, 3, 12, 13, 14, 15);
 }
 
 #endif
