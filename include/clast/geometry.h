@@ -26,8 +26,8 @@ typedef struct clast_clusters {
     /** For each triangle of the clusters, its number in the mesh: a permutation of all. Each eight of a cluster that follow
      *  each other are neighbours: templates of clusters need no rest positions (clast_template_desc). */
     uint32_t *triangles;
-    uint8_t *indices;    /**< 3 for each triangle, into its cluster's vertices; winding and first corner are kept */
-    uint32_t *vertices;  /**< for each vertex of the clusters, the number of its position in the mesh */
+    uint8_t *indices;   /**< 3 for each triangle, into its cluster's vertices; winding and first corner are kept */
+    uint32_t *vertices; /**< for each vertex of the clusters, the number of its position in the mesh */
     size_t vertex_count;
 } clast_clusters;
 
@@ -40,10 +40,11 @@ typedef struct clast_clusterize_desc {
     uint32_t max_vertices;   /**< 3 to 256; 0 is 128 */
 } clast_clusterize_desc;
 
-/** Cuts a mesh into clusters that are good for ray tracing: binned surface area heuristic, top down, with a term that
- *  fills clusters to the limits. Clusters come in the order of the cut, so that neighbours in the array are neighbours in
+/** Cuts a mesh into clusters that are good for ray tracing: surface area heuristic, top down, with a term that fills
+ *  clusters to the limits. Clusters come in the order of the cut, so that neighbours in the array are neighbours in
  *  space. Positions that are equal bit by bit should share an index (clast_weld_positions) so that clusters fill up.
- *  Deterministic, parallel. Errors: INVALID_ARGUMENT (an index out of range), OUT_OF_MEMORY. */
+ *  Deterministic, parallel. Large meshes report progress, and may be cancelled. Errors: INVALID_ARGUMENT (an index out of
+ *  range), OUT_OF_MEMORY, CANCELLED. */
 CLAST_API clast_status clast_clusterize(clast_context *context, const clast_clusterize_desc *desc,
                                         clast_clusters *clusters);
 CLAST_API void clast_clusters_free(clast_context *context, clast_clusters *clusters);

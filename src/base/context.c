@@ -16,7 +16,7 @@ enum {
     ERROR_TEXT_SIZE = 1024,
     BLOCK_ALIGNMENT = 64,
     LARGE_PAGE = 2 << 20,
-    LARGE_BLOCK = 2 << 20,
+    LARGE_BLOCK = 1 << 20,
 };
 
 struct clast_context {

@@ -50,7 +50,7 @@ static inline step_box join_few(const step_box *box, const uint16_t *order, uint
 }
 
 void clast_boxes_sweep(sorted_boxes *b, uint32_t axis, uint32_t begin, uint32_t count, uint32_t first,
-                       const boxes_weights *weights, uint64_t extra, boxes_cut *best)
+                       const boxes_weights *weights, bool extra, boxes_cut *best)
 {
     const uint16_t *order = b->order[axis] + begin;
     uint32_t last = (count - first - 1) / BLOCKS_PIECE; // the number of the last piece but one
@@ -68,11 +68,12 @@ void clast_boxes_sweep(sorted_boxes *b, uint32_t axis, uint32_t begin, uint32_t 
         b->right_area[k - 1] = step_box_area(right);
     }
     step_box left = join_few(b->box, order, first), far_left = step_box_none();
+    uint64_t half = extra ? step_box_area(step_box_join(left, right)) / 2 : 0;
     for (uint32_t k = 0;; k++) {
         uint64_t on_left = weights->left[k + 1], on_right = weights->right[k + 1];
-        uint64_t cost = step_box_area(left) * on_left + b->right_area[k] * on_right + extra * (on_left + on_right);
+        uint64_t cost = step_box_area(left) * on_left + b->right_area[k] * on_right + half * (on_left + on_right);
         if (cost < best->cost) {
-            *best = (boxes_cut){cost, axis, first + k * BLOCKS_PIECE, far_left, b->right[k + 1]};
+            *best = (boxes_cut){cost, axis, first + k * BLOCKS_PIECE, half, far_left, b->right[k + 1]};
         }
         if (k == last) {
             break;
@@ -106,18 +107,17 @@ void clast_boxes_part(sorted_boxes *b, uint32_t begin, uint32_t count, const box
     }
 }
 
-static boxes_weights block_weights(uint32_t blocks)
+static void weigh_blocks(uint32_t blocks, boxes_weights *weights)
 {
-    boxes_weights weights;
     for (uint32_t k = 0; k <= blocks; k++) {
-        weights.left[k] = k;
-        weights.right[k] = blocks - k;
+        weights->left[k] = k;
+        weights->right[k] = blocks - k;
     }
-    return weights;
 }
 
 void clast_boxes_order_blocks(sorted_boxes *b, uint32_t begin, uint32_t count, uint16_t *result)
 {
+    boxes_weights weights;
     uint32_t ends[BLOCKS_MOST + 1], waiting = 0, end = begin + count; // of what waits, the next on top
     ends[waiting++] = end;
     while (waiting != 0) {
@@ -131,14 +131,14 @@ void clast_boxes_order_blocks(sorted_boxes *b, uint32_t begin, uint32_t count, u
             continue;
         }
         uint32_t over = count % BLOCKS_PIECE;
-        boxes_weights weights = block_weights((count + BLOCKS_PIECE - 1) / BLOCKS_PIECE);
+        weigh_blocks((count + BLOCKS_PIECE - 1) / BLOCKS_PIECE, &weights);
         boxes_cut best = {.cost = UINT64_MAX}, mirrored;
         for (uint32_t axis = 0; axis < 3; axis++) {
-            clast_boxes_sweep(b, axis, begin, count, BLOCKS_PIECE, &weights, 0, &best);
+            clast_boxes_sweep(b, axis, begin, count, BLOCKS_PIECE, &weights, false, &best);
         }
         mirrored = best;
         for (uint32_t axis = 0; axis < 3 && over != 0; axis++) { // the block that is not full on the other side
-            clast_boxes_sweep(b, axis, begin, count, over, &weights, 0, &mirrored);
+            clast_boxes_sweep(b, axis, begin, count, over, &weights, false, &mirrored);
         }
         bool right_first = mirrored.cost < best.cost;
         best = mirrored;

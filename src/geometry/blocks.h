@@ -45,6 +45,7 @@ typedef struct sorted_boxes {
 typedef struct boxes_cut {
     uint64_t cost;
     uint32_t axis, left; // left: boxes before the place; 0 where there is none
+    uint64_t extra;      // half of the whole area, where a sweep found the cut and counted it
     // Of a cut that a sweep found: around all boxes that stand before the piece on the left, and after the piece on the
     // right.
     step_box far_left, far_right;
@@ -55,12 +56,13 @@ typedef struct boxes_cut {
 void clast_boxes_sort(sorted_boxes *b, uint32_t count);
 
 // Looks at places `first`, `first` + 8, ... of one axis' order, for boxes [begin, begin + count). With k pieces to the
-// left the cost is left area * left[k] + right area * right[k] + `extra` * (left[k] + right[k]).
+// left the cost is left area * left[k] + right area * right[k], and where `extra` half of the whole area * (left[k] +
+// right[k]).
 typedef struct boxes_weights {
     uint32_t left[BLOCKS_PIECES_MOST], right[BLOCKS_PIECES_MOST];
 } boxes_weights;
 void clast_boxes_sweep(sorted_boxes *b, uint32_t axis, uint32_t begin, uint32_t count, uint32_t first,
-                       const boxes_weights *weights, uint64_t extra, boxes_cut *best);
+                       const boxes_weights *weights, bool extra, boxes_cut *best);
 
 // Brings the boxes that stand before the cut to the front of all orders, each keeping its order; those after it instead
 // where `right_first`.

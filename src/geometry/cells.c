@@ -30,8 +30,8 @@ typedef struct cell_job {
     const clast_clusterize_desc *desc;
     cells *made;
     uint64_t *unsorted;
-    lanes *centres; // for each worker, lower and upper
-    atomic_bool out_of_range, wild;
+    lanes *centres; // for each worker, lower and upper, and marks of what is not tame
+    atomic_bool out_of_range;
     encoder code;
     uint32_t *places; // [chunk][bucket]: how many triangles, then where they go
     uint32_t bucket_count;
@@ -47,31 +47,39 @@ static inline lanes centre_of(const cell_job *job, size_t triangle, bool tame)
     return lanes_add(box.lower, box.upper);
 }
 
-static void bound_centres(void *data, size_t begin, size_t end, uint32_t worker)
+// At first in the hope that all corners are tame; marks of what is not stand behind the centres' box.
+static inline bool bound_range(cell_job *job, size_t begin, size_t end, bool tame, lanes centres[3])
 {
-    cell_job *job = data;
     const clast_clusterize_desc *desc = job->desc;
-    lanes lower = job->centres[2 * worker], upper = job->centres[2 * worker + 1];
-    lanes wild = lanes_all(0.0f);
+    lanes lower = centres[0], upper = centres[1], wild = centres[2];
     for (size_t i = begin; i < end; i++) {
         const uint32_t *corner = desc->indices + 3 * i;
         if (corner[0] >= desc->position_count || corner[1] >= desc->position_count ||
             corner[2] >= desc->position_count) {
-            atomic_store(&job->out_of_range, true);
-            return;
+            return false;
         }
-        for (int k = 0; k < 3; k++) {
-            wild = lanes_either(wild, lanes_wild(lanes_ordinary(desc->positions + 3 * (size_t)corner[k]), CUT_FAR));
-        }
-        lanes centre = centre_of(job, i, false);
+        lanes_box box = steering_box(desc->positions, corner, tame);
+        lanes centre = lanes_add(box.lower, box.upper);
         lower = lanes_min(lower, centre);
         upper = lanes_max(upper, centre);
+        for (int k = 0; k < 3 && tame; k++) { // not by the box: a minimum may lose what is no number
+            wild = lanes_either(wild, lanes_wild(steering(desc->positions, corner[k], true), CUT_FAR));
+        }
     }
-    if (lanes_any(wild)) {
-        atomic_store(&job->wild, true);
+    centres[0] = lower;
+    centres[1] = upper;
+    centres[2] = wild;
+    return true;
+}
+
+static void bound_centres(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    cell_job *job = data;
+    lanes *centres = job->centres + 3 * (size_t)worker;
+    if (!(job->made->tame ? bound_range(job, begin, end, true, centres)
+                          : bound_range(job, begin, end, false, centres))) {
+        atomic_store(&job->out_of_range, true);
     }
-    job->centres[2 * worker] = lower;
-    job->centres[2 * worker + 1] = upper;
 }
 
 // The first of the triangles at fault, whatever thread came upon which.
@@ -86,25 +94,41 @@ static clast_status refuse_index(clast_context *context, const clast_clusterize_
                       desc->position_count);
 }
 
+static void clear_centres(clast_context *context, cell_job *job)
+{
+    for (uint32_t i = 0; i < clast_worker_count(context); i++) {
+        job->centres[3 * i] = box_none_lower();
+        job->centres[3 * i + 1] = box_none_upper();
+        job->centres[3 * i + 2] = lanes_all(0.0f);
+    }
+}
+
+static void join_centres(clast_context *context, cell_job *job)
+{
+    for (uint32_t i = 1; i < clast_worker_count(context); i++) {
+        job->centres[0] = lanes_min(job->centres[0], job->centres[3 * i]);
+        job->centres[1] = lanes_max(job->centres[1], job->centres[3 * i + 1]);
+        job->centres[2] = lanes_either(job->centres[2], job->centres[3 * i + 2]);
+    }
+}
+
 static clast_status bound_all(clast_context *context, cell_job *job)
 {
-    uint32_t workers = clast_worker_count(context);
-    job->centres = clast_allocate(context, workers, 2 * sizeof *job->centres);
+    job->centres = clast_allocate(context, clast_worker_count(context), 3 * sizeof *job->centres);
     if (job->centres == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    for (uint32_t i = 0; i < workers; i++) {
-        job->centres[2 * i] = box_none_lower();
-        job->centres[2 * i + 1] = box_none_upper();
-    }
-    clast_parallel_for(context, job->desc->triangle_count, CHUNK, bound_centres, job);
-    if (atomic_load(&job->out_of_range)) {
-        return refuse_index(context, job->desc);
-    }
-    job->made->tame = !atomic_load(&job->wild);
-    for (uint32_t i = 1; i < workers; i++) {
-        job->centres[0] = lanes_min(job->centres[0], job->centres[2 * i]);
-        job->centres[1] = lanes_max(job->centres[1], job->centres[2 * i + 1]);
+    for (int tame = 1; tame >= 0; tame--) {
+        job->made->tame = tame != 0;
+        clear_centres(context, job);
+        clast_parallel_for(context, job->desc->triangle_count, CHUNK, bound_centres, job);
+        if (atomic_load(&job->out_of_range)) {
+            return refuse_index(context, job->desc);
+        }
+        join_centres(context, job);
+        if (!lanes_any(job->centres[2])) {
+            break;
+        }
     }
     return CLAST_OK;
 }
@@ -220,19 +244,31 @@ static void place_buckets(cell_job *job)
     job->first[job->bucket_count] = sum;
 }
 
-static clast_status spread_all(clast_context *context, cell_job *job)
+// Everything in one block of memory, which is large sooner: large blocks are cheaper to touch for the first time.
+static clast_status make_room(clast_context *context, cell_job *job)
 {
     size_t count = job->desc->triangle_count, chunks = (count + CHUNK - 1) / CHUNK;
+    size_t words = 2 * count + (chunks * job->bucket_count + 2 * ((size_t)job->bucket_count + 1) + 1) / 2;
+    uint64_t *memory = clast_allocate(context, words, sizeof *memory); // less than 2^35 words, so far
+    if (memory == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    job->made->order = memory;
+    job->made->spare = job->unsorted = memory + count;
+    job->places = (uint32_t *)(void *)(memory + 2 * count);
+    job->first = job->places + chunks * job->bucket_count;
+    job->first_cells = job->first + job->bucket_count + 1;
+    return CLAST_OK;
+}
+
+static clast_status spread_all(clast_context *context, cell_job *job)
+{
+    size_t count = job->desc->triangle_count;
     make_encoder(&job->code, job->centres[0], job->centres[1], count);
     job->bucket_count = 1u << (job->code.bits - job->code.bucket_shift);
-    job->made->order = clast_allocate(context, count, sizeof *job->made->order);
-    job->made->spare = job->unsorted = clast_allocate(context, count, sizeof *job->unsorted);
-    job->places = clast_allocate(context, chunks, job->bucket_count * sizeof *job->places);
-    job->first = clast_allocate(context, (size_t)job->bucket_count + 1, sizeof *job->first);
-    job->first_cells = clast_allocate(context, (size_t)job->bucket_count + 1, sizeof *job->first_cells);
-    if (job->made->order == NULL || job->unsorted == NULL || job->places == NULL || job->first == NULL ||
-        job->first_cells == NULL) {
-        return CLAST_ERROR_OUT_OF_MEMORY;
+    clast_status status = make_room(context, job);
+    if (status != CLAST_OK) {
+        return status;
     }
     clast_parallel_for(context, count, CHUNK, make_codes, job);
     place_buckets(job);
@@ -355,7 +391,7 @@ static void bound_cell(const cell_job *job, uint32_t begin, uint32_t count, size
 static void bound_cells(void *data, size_t begin, size_t end, uint32_t worker)
 {
     cell_job *job = data;
-    lanes lower = job->centres[2 * worker], upper = job->centres[2 * worker + 1];
+    lanes *centres = job->centres + 3 * (size_t)worker;
     for (size_t bucket = begin; bucket < end; bucket++) {
         uint32_t first = job->first[bucket], last = job->first[bucket + 1];
         const uint32_t *begins = (const uint32_t *)(void *)(job->unsorted + first);
@@ -365,18 +401,15 @@ static void bound_cells(void *data, size_t begin, size_t end, uint32_t worker)
             uint32_t from = first + begins[i], to = i + 1 < count ? first + begins[i + 1] : last;
             bound_cell(job, from, to - from, last, &boxes[i]);
             lanes centre = cut_centre(&boxes[i]);
-            lower = lanes_min(lower, centre);
-            upper = lanes_max(upper, centre);
+            centres[0] = lanes_min(centres[0], centre);
+            centres[1] = lanes_max(centres[1], centre);
         }
     }
-    job->centres[2 * worker] = lower;
-    job->centres[2 * worker + 1] = upper;
 }
 
 static clast_status make_cells(clast_context *context, cell_job *job)
 {
     enum { BUCKET_GRAIN = 8 };
-    uint32_t workers = clast_worker_count(context);
     clast_parallel_for(context, job->bucket_count, BUCKET_GRAIN, sort_buckets, job);
     uint32_t sum = 0;
     for (uint32_t bucket = 0; bucket < job->bucket_count; bucket++) {
@@ -390,17 +423,10 @@ static clast_status make_cells(clast_context *context, cell_job *job)
     if (job->made->boxes == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    for (uint32_t i = 0; i < workers; i++) {
-        job->centres[2 * i] = box_none_lower();
-        job->centres[2 * i + 1] = box_none_upper();
-    }
+    clear_centres(context, job);
     clast_parallel_for(context, job->bucket_count, BUCKET_GRAIN, bound_cells, job);
-    cut_range *whole = &job->made->whole;
-    *whole = (cut_range){0, sum, 0, (uint32_t)job->desc->triangle_count, job->centres[0], job->centres[1]};
-    for (uint32_t i = 1; i < workers; i++) {
-        whole->centre_lower = lanes_min(whole->centre_lower, job->centres[2 * i]);
-        whole->centre_upper = lanes_max(whole->centre_upper, job->centres[2 * i + 1]);
-    }
+    join_centres(context, job);
+    job->made->whole = (cut_range){0, sum, 0, (uint32_t)job->desc->triangle_count, job->centres[0], job->centres[1]};
     return CLAST_OK;
 }
 
@@ -412,16 +438,12 @@ clast_status clast_cells_make(clast_context *context, const clast_clusterize_des
     status = status == CLAST_OK ? spread_all(context, &job) : status;
     status = status == CLAST_OK ? make_cells(context, &job) : status;
     clast_free(context, job.centres);
-    clast_free(context, job.places);
-    clast_free(context, job.first);
-    clast_free(context, job.first_cells);
     return status;
 }
 
 void clast_cells_free(clast_context *context, cells *made)
 {
     clast_free(context, made->boxes);
-    clast_free(context, made->order);
-    clast_free(context, made->spare);
+    clast_free(context, made->order); // and all that stands behind it
     *made = (cells){0};
 }

@@ -8,7 +8,10 @@
 #include "geometry/cut.h"
 #include "shared/limits.h"
 
-enum { STACK_MOST = 64, STACK_DEEP = 40, TASK_LEAST = 4096, TASK_MOST = 32768, TASKS_WANTED = 16 };
+enum { STACK_MOST = 64, STACK_DEEP = 40, TASK_LEAST = 4096, TASK_MOST = 32768, TASKS_WANTED = 16, SCRATCH_LINE = 64 };
+
+// Smaller meshes are done before anyone could cancel.
+enum { PROGRESS_LEAST = 1 << 18 };
 
 // A range that one thread cuts to the end.
 typedef struct task {
@@ -25,10 +28,11 @@ typedef struct clusterizer {
     cells cells;
     task *tasks;
     size_t task_count, task_capacity;
+    size_t batch;     // the first task of those under way
     cut_range *large; // still to be cut by all threads
     size_t large_count, large_capacity;
-    unsigned char *scratch; // a group for each worker
-    cut_box *boxes;         // of a task's triangles, for each worker
+    unsigned char *scratch; // for each worker, a group and the boxes of a task's triangles
+    size_t group_bytes, scratch_bytes;
     clast_clusters *result;
 } clusterizer;
 
@@ -79,15 +83,19 @@ static clast_status push_task(clusterizer *c, const cut_range *range)
     return status;
 }
 
+static size_t task_most(const clusterizer *c)
+{
+    size_t most = c->desc->triangle_count / TASKS_WANTED;
+    return most < TASK_LEAST ? TASK_LEAST : most > TASK_MOST ? TASK_MOST : most;
+}
+
 // Cuts with all threads until each range is one thread's work. Tasks come in the order of the cut.
 static clast_status cut_large(clusterizer *c)
 {
-    size_t most = c->desc->triangle_count / TASKS_WANTED;
-    most = most < TASK_LEAST ? TASK_LEAST : most > TASK_MOST ? TASK_MOST : most;
     clast_status status = push_large(c, &c->cells.whole);
     while (status == CLAST_OK && c->large_count != 0) {
         cut_range range = c->large[--c->large_count];
-        if (range.triangles <= most) {
+        if (range.triangles <= task_most(c)) {
             status = push_task(c, &range);
             continue;
         }
@@ -128,10 +136,10 @@ static void expand_cells(const clusterizer *c, const cut_range *range, cut_box *
 static void cut_task(void *data, size_t begin, size_t end, uint32_t worker)
 {
     clusterizer *c = data;
-    cut_box *boxes = c->boxes + (size_t)worker * TASK_MOST;
-    group_job job = {boxes, c->desc->indices, c->limits, c->result->triangles, c->result->indices};
-    group *scratch = (group *)(void *)(c->scratch + worker * clast_group_size());
-    for (size_t i = begin; i < end; i++) {
+    group *scratch = (group *)(void *)(c->scratch + worker * c->scratch_bytes);
+    cut_box *boxes = (cut_box *)(void *)(c->scratch + worker * c->scratch_bytes + c->group_bytes);
+    group_job job = {boxes, c->desc->indices, c->result->triangles, c->result->indices};
+    for (size_t i = c->batch + begin; i < c->batch + end; i++) {
         task *task = &c->tasks[i];
         cut_range stack[STACK_MOST];
         uint32_t size = 0;
@@ -154,6 +162,23 @@ static void cut_task(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
+// In batches, between which the caller may cancel.
+static clast_status cut_tasks(clusterizer *c)
+{
+    enum { BATCH = 256 };
+    clast_status status = CLAST_OK;
+    for (c->batch = 0; c->batch < c->task_count && status == CLAST_OK; c->batch += BATCH) {
+        size_t left = c->task_count - c->batch;
+        if (c->batch != 0) {
+            status = clast_progress(c->context, "clusterize", c->tasks[c->batch].range.first, c->desc->triangle_count);
+        }
+        if (status == CLAST_OK) {
+            clast_parallel_for(c->context, left < BATCH ? left : BATCH, 1, cut_task, c);
+        }
+    }
+    return status;
+}
+
 static clast_status cut_all(clusterizer *c)
 {
     size_t count = c->desc->triangle_count;
@@ -164,13 +189,17 @@ static clast_status cut_all(clusterizer *c)
     }
     c->result->triangles = clast_allocate(c->context, count, sizeof *c->result->triangles);
     c->result->indices = clast_allocate(c->context, count, 3);
-    c->scratch = clast_allocate_zeroed(c->context, workers, clast_group_size());
-    c->boxes = clast_allocate(c->context, workers, TASK_MOST * sizeof *c->boxes);
-    if (c->result->triangles == NULL || c->result->indices == NULL || c->scratch == NULL || c->boxes == NULL) {
+    size_t most = count < task_most(c) ? count : task_most(c);
+    c->group_bytes = (clast_group_size() + SCRATCH_LINE - 1) / SCRATCH_LINE * SCRATCH_LINE;
+    c->scratch_bytes = c->group_bytes + (most * sizeof(cut_box) + SCRATCH_LINE - 1) / SCRATCH_LINE * SCRATCH_LINE;
+    c->scratch = clast_allocate(c->context, workers, c->scratch_bytes);
+    if (c->result->triangles == NULL || c->result->indices == NULL || c->scratch == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    clast_parallel_for(c->context, c->task_count, 1, cut_task, c);
-    return CLAST_OK;
+    for (uint32_t i = 0; i < workers; i++) {
+        clast_group_begin((group *)(void *)(c->scratch + i * c->scratch_bytes), &c->limits);
+    }
+    return cut_tasks(c);
 }
 
 // --------------------------------------------------------------------------------------------------------- gathering
@@ -251,6 +280,9 @@ clast_status clast_clusterize(clast_context *context, const clast_clusterize_des
     clast_status status = check(&c);
     if (status == CLAST_OK && desc->triangle_count != 0) {
         status = clast_cells_make(context, desc, &c.cells);
+        if (status == CLAST_OK && desc->triangle_count >= PROGRESS_LEAST) {
+            status = clast_progress(context, "clusterize", 0, desc->triangle_count);
+        }
         status = status == CLAST_OK ? cut_all(&c) : status;
         status = status == CLAST_OK ? gather(&c) : status;
     }
@@ -258,7 +290,6 @@ clast_status clast_clusterize(clast_context *context, const clast_clusterize_des
     clast_free(context, c.tasks);
     clast_free(context, c.large);
     clast_free(context, c.scratch);
-    clast_free(context, c.boxes);
     if (status != CLAST_OK) {
         clast_clusters_free(context, clusters);
     }

@@ -68,8 +68,9 @@ static void bins_clear(cut_bins *bins)
 static inline void bins_add(cut_bins *bins, const cut_plane *plane, const cut_box *box)
 {
     int32_t bin = bin_of(plane, box);
-    bins->lower[bin] = lanes_min(bins->lower[bin], lanes_three(&box->lower));
-    bins->upper[bin] = lanes_max(bins->upper[bin], lanes_three(&box->upper));
+    // What stands in the last lane comes along; it is taken off before any sum.
+    bins->lower[bin] = lanes_min(lanes_four(&box->lower), bins->lower[bin]);
+    bins->upper[bin] = lanes_max(lanes_four(&box->upper), bins->upper[bin]);
     bins->count[bin]++;
     bins->triangles[bin] += box->upper.number;
 }
@@ -113,15 +114,15 @@ static void choose_plane(const cut_bins *bins, const cut_limits *limits, cut_pla
     uint32_t right_count[BINS], count = 0;
     lanes lower = box_none_lower(), upper = box_none_upper();
     for (int i = 0; i < BINS; i++) {
-        lower = lanes_min(lower, bins->lower[i]);
-        upper = lanes_max(upper, bins->upper[i]);
+        lower = lanes_min(lower, lanes_three(&bins->lower[i]));
+        upper = lanes_max(upper, lanes_three(&bins->upper[i]));
     }
     lanes factor = lanes_all(clast_cut_scale(lower, upper));
     lower = box_none_lower();
     upper = box_none_upper();
     for (int i = BINS - 1; i > 0; i--) {
-        lower = lanes_min(lower, bins->lower[i]);
-        upper = lanes_max(upper, bins->upper[i]);
+        lower = lanes_min(lower, lanes_three(&bins->lower[i]));
+        upper = lanes_max(upper, lanes_three(&bins->upper[i]));
         count += bins->triangles[i];
         right_count[i] = count;
         right[i] = box_half_area(lanes_multiply(lower, factor), lanes_multiply(upper, factor));
@@ -132,8 +133,8 @@ static void choose_plane(const cut_bins *bins, const cut_limits *limits, cut_pla
     plane->last_left = 0;
     plane->left_triangles = bins->triangles[0];
     for (int i = 0; i + 1 < BINS; i++) {
-        lower = lanes_min(lower, bins->lower[i]);
-        upper = lanes_max(upper, bins->upper[i]);
+        lower = lanes_min(lower, lanes_three(&bins->lower[i]));
+        upper = lanes_max(upper, lanes_three(&bins->upper[i]));
         count += bins->triangles[i];
         float left = box_half_area(lanes_multiply(lower, factor), lanes_multiply(upper, factor));
         float here = left * clusters_of(count, limits) + right[i + 1] * clusters_of(right_count[i + 1], limits);

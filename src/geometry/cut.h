@@ -60,6 +60,8 @@ void clast_cut_halve(const cut_box *boxes, const cut_range *range, const cut_lim
 // What one thread needs to cut groups.
 typedef struct group group;
 size_t clast_group_size(void);
+// Makes memory of that size, aligned to 64 bytes, ready for groups.
+void clast_group_begin(group *scratch, const cut_limits *limits);
 
 // The clusters of a range of triangles, as they come: the vertices of each from the front of `words` on, and from the
 // back for each cluster its triangles * 65536 + vertices. Where triangles share little, there is no room for the
@@ -75,7 +77,6 @@ typedef struct group_output {
 typedef struct group_job {
     const cut_box *boxes; // of triangles
     const uint32_t *mesh_indices;
-    cut_limits limits;
     uint32_t *triangles;
     uint8_t *indices;
 } group_job;

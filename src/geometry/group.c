@@ -57,7 +57,6 @@ struct group {
     bool vertices_matter;
     uint32_t triangle_clusters[CUT_GROUP_MOST + 1]; // how many clusters so many triangles need
     uint32_t vertex_clusters[CORNERS_MOST + 1];
-    cut_limits table_limits; // of the first of those two
 };
 
 size_t clast_group_size(void)
@@ -269,7 +268,7 @@ static void weigh(group *g, uint32_t count)
 }
 
 // Looks at the places next to one that a sweep found.
-static void refine(group *g, const part *p, uint64_t extra, boxes_cut *best)
+static void refine(group *g, const part *p, boxes_cut *best)
 {
     sorted_boxes *b = &g->sorted;
     const uint16_t *order = b->order[best->axis] + p->begin;
@@ -284,7 +283,7 @@ static void refine(group *g, const part *p, uint64_t extra, boxes_cut *best)
     for (uint32_t i = begin + 1; i < end; i++) {
         box = step_box_join(box, b->box[order[i - 1]]);
         uint64_t left = g->triangle_clusters[i], right = g->triangle_clusters[p->count - i];
-        uint64_t cost = step_box_area(box) * left + b->right_area[i - begin] * right + extra * (left + right);
+        uint64_t cost = step_box_area(box) * left + b->right_area[i - begin] * right + best->extra * (left + right);
         if (cost < best->cost) {
             best->cost = cost;
             best->left = i;
@@ -297,20 +296,20 @@ static void cut_part(group *g, const part *p, bool counting)
     boxes_cut best = {.cost = UINT64_MAX};
     if (g->looks_left >= p->count) {
         g->looks_left -= p->count;
-        uint64_t extra = extra_of(g, p);
         bool eighths = !counting && p->count > BLOCKS_PIECE && g->limits.triangles >= EIGHTHS_LEAST;
+        uint64_t extra = eighths ? 0 : extra_of(g, p);
         if (eighths) {
             weigh(g, p->count);
         }
         for (uint32_t axis = 0; axis < 3; axis++) {
             if (eighths) {
-                clast_boxes_sweep(&g->sorted, axis, p->begin, p->count, BLOCKS_PIECE, &g->weights, extra, &best);
+                clast_boxes_sweep(&g->sorted, axis, p->begin, p->count, BLOCKS_PIECE, &g->weights, true, &best);
             } else {
                 sweep_counting(g, p, axis, extra, &best);
             }
         }
         if (eighths) {
-            refine(g, p, extra, &best);
+            refine(g, p, &best);
         }
     }
     if (best.left == 0) { // too many looks
@@ -419,22 +418,20 @@ static void write_cluster(group *g, const group_job *job, uint32_t begin, const 
     output->vertices += vertices;
 }
 
-static void prepare(group *g, const cut_limits *limits)
+void clast_group_begin(group *g, const cut_limits *limits)
 {
-    g->limits = *limits;
     g->sorted = (sorted_boxes)SORTED_IN(&g->room);
-    if (g->table_limits.triangles != limits->triangles || g->table_limits.vertices != limits->vertices) {
-        for (uint32_t i = 0; i <= CUT_GROUP_MOST; i++) {
-            g->triangle_clusters[i] = (i + limits->triangles - 1) / limits->triangles;
-        }
-        g->table_limits = *limits;
+    g->limits = *limits;
+    g->tick = 0;
+    memset(g->seen, 0, sizeof g->seen);
+    for (uint32_t i = 0; i <= CUT_GROUP_MOST; i++) {
+        g->triangle_clusters[i] = (i + limits->triangles - 1) / limits->triangles;
     }
 }
 
 void clast_group_cut(group *g, const group_job *job, const cut_range *range, group_output *output)
 {
     uint32_t count = range->triangles;
-    prepare(g, &job->limits);
     load_boxes(g, job, range->begin, count);
     uint32_t different = hash_corners(g, job, count);
     different = different != 0 ? different : sort_corners(g, job, count);

@@ -54,6 +54,12 @@ static inline lanes lanes_three(const void *values)
     return _mm_and_ps(_mm_loadu_ps(values), _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)));
 }
 
+// All four, the last of which may be any bits.
+static inline lanes lanes_four(const void *values)
+{
+    return _mm_loadu_ps(values);
+}
+
 // Three floats where no fourth may be read. What is no finite number becomes 0, a negative zero a positive one.
 static inline lanes lanes_finite(const float *values)
 {
@@ -152,6 +158,10 @@ static inline lanes lanes_three(const void *values)
     lanes result = {{0.0f, 0.0f, 0.0f, 0.0f}};
     memcpy(result.v, values, 3 * sizeof(float));
     return result;
+}
+static inline lanes lanes_four(const void *values)
+{
+    return lanes_three(values); // of the last nothing is promised
 }
 
 static inline lanes lanes_finite(const float *values)

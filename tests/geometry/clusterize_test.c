@@ -193,6 +193,62 @@ static void the_number_of_threads_changes_nothing(void **state)
     }
 }
 
+// Numbers that a multiplication, as hash tables have it, sends to few places: their table must give way.
+static void vertices_made_to_collide_are_numbered(void **state)
+{
+    mesh m = mesh_random(300000, 6000, 31);
+    uint32_t used[4096], count = 0, numbers = 5;
+    for (uint32_t i = 0; i < m.position_count && count < 4096; i++) {
+        if (((i + 1) * 0x9e3779b1u) >> 20 < 32) {
+            used[count++] = i;
+        }
+    }
+    assert_true(count > 1000);
+    for (size_t i = 0; i < 3 * m.triangle_count; i++) {
+        m.indices[i] = used[next_number(&numbers) % count];
+    }
+    fill_of(*state, &m, 0, 0);
+    mesh_free(&m);
+}
+
+// All but one triangle in one corner of the box: Morton codes tell them apart no more.
+static void a_small_dense_part_of_a_large_mesh_is_cut_well(void **state)
+{
+    mesh m = mesh_grid(200, 200);
+    double fill = fill_of(*state, &m, 0, 0);
+    for (size_t i = 0; i + 3 < m.position_count; i++) {
+        for (size_t k = 0; k < 3; k++) {
+            m.positions[3 * i + k] *= 1e-7f;
+        }
+    }
+    assert_true(fill_of(*state, &m, 0, 0) > fill - 0.01);
+    mesh_free(&m);
+}
+
+static bool stop_at_once(void *user, const char *stage, uint64_t done, uint64_t total)
+{
+    (void)user;
+    (void)stage;
+    return done >= total; // never
+}
+
+static void a_large_mesh_can_be_cancelled(void **state)
+{
+    (void)state;
+    mesh m = mesh_grid(512, 260);
+    clast_context *context;
+    clast_context_desc hooks = {.progress = {stop_at_once, NULL}};
+    assert_int_equal(clast_context_create(&hooks, &context), CLAST_OK);
+    uint64_t before = clast_context_memory(context);
+    clast_clusterize_desc desc = desc_of(&m, 0, 0);
+    clast_clusters clusters;
+    assert_int_equal(clast_clusterize(context, &desc, &clusters), CLAST_ERROR_CANCELLED);
+    assert_null(clusters.clusters);
+    assert_int_equal(clast_context_memory(context), before);
+    clast_context_destroy(context);
+    mesh_free(&m);
+}
+
 static double area_of_box(const float lower[3], const float upper[3])
 {
     double x = upper[0] - lower[0], y = upper[1] - lower[1], z = upper[2] - lower[2];
@@ -334,11 +390,14 @@ int main(void)
         CONTEXT_TEST(copies_of_one_triangle_share_three_vertices),
         CONTEXT_TEST(positions_that_are_no_numbers_do_no_harm),
         CONTEXT_TEST(places_that_crowd_towards_a_point_are_cut),
+        CONTEXT_TEST(vertices_made_to_collide_are_numbered),
+        CONTEXT_TEST(a_small_dense_part_of_a_large_mesh_is_cut_well),
         CONTEXT_TEST(the_scale_of_a_mesh_does_not_matter),
         CONTEXT_TEST(blocks_of_eight_triangles_are_compact),
         CONTEXT_TEST(an_index_out_of_range_is_refused_by_its_triangle),
         CONTEXT_TEST(wrong_arguments_are_refused),
         cmocka_unit_test(the_number_of_threads_changes_nothing),
+        cmocka_unit_test(a_large_mesh_can_be_cancelled),
         cmocka_unit_test(memory_that_runs_out_is_reported_and_freed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
