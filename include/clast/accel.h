@@ -159,7 +159,8 @@ typedef struct clast_clas_gather {
 } clast_clas_gather;
 
 /** Copies the vertices of slots [first, first + count) from shared ones, and fits the slots' boxes, in one pass. Parallel.
- *  INVALID_ARGUMENT where a number is out of range; the slot's vertices are undefined then. */
+ *  INVALID_ARGUMENT where a number is out of range or a slot's vertices lie elsewhere: such a slot keeps its boxes, and the
+ *  others are fitted. */
 CLAST_API clast_status clast_clas_refit_gathered(clast_clas_pool *pool, size_t first, size_t count,
                                                  const clast_clas_gather *gather);
 CLAST_API size_t clast_clas_pool_count(const clast_clas_pool *pool);
