@@ -7,7 +7,7 @@
  *   clast_blas           a tree over some of a pool's clusters
  *   clast_tlas           a tree over instances of BLASes; rays go here
  *
- * When vertices move: clast_clas_refit, then clast_blas_refit (or clast_blas_build), then clast_tlas_build. Ray tests are
+ * When vertices move: clast_clas_refit, then clast_blas_refit (or clast_blas_build), then clast_tlas_build (or _update). Ray tests are
  * watertight: a ray cannot pass between triangles that share an edge (Woop, Benthin and Wald, Watertight Ray/Triangle
  * Intersection, JCGT 2(1), 2013). Results do not depend on the number of threads or the instruction set.
  *
@@ -197,8 +197,8 @@ CLAST_API uint64_t clast_blas_bytes(const clast_blas *blas);
  *  should be those that the boxes were last fitted to. The same BLAS gives the same bytes.
  *  INVALID_ARGUMENT where the memory is too small or not aligned; OUT_OF_MEMORY. */
 CLAST_API clast_status clast_blas_serialise(const clast_blas *blas, void *memory, size_t size, uint64_t *needed);
-/** Makes a BLAS that uses such a block in place: nothing is copied, the block is never written to, and must stay until the BLAS is
- *  destroyed. It must be aligned to 64 bytes, as a mapped file is. Whatever the bytes are, rays read nothing outside the block and
+/** Makes a BLAS that uses such a block in place: nothing is copied, the block is never written to, and must stay as it is until
+ *  the BLAS is destroyed. It must be aligned to 64 bytes, as a mapped file is. Whatever the bytes are, rays read nothing outside the block and
  *  come to an end; with `checksum`, changes to what decides hits are found too, at the cost of reading all bytes. It is for
  *  machines of the same byte order and this version of the format. Such a BLAS cannot be built or refitted: STATE.
  *  MALFORMED where the block is not what was written; UNSUPPORTED where the version or the byte order is another;
