@@ -36,7 +36,8 @@ static inline clast_words8 no_words(void)
 // Twice the centre: negated, then as it is.
 static inline clast_words8 centre_of(clast_words8 item)
 {
-    return item - SWAP_HALVES(item);
+    typedef uint16_t sides8 __attribute__((vector_size(16))); // the fourth lanes are numbers, whose sums may wrap
+    return (clast_words8)((sides8)item - (sides8)SWAP_HALVES(item));
 }
 
 // Half a box's surface in grid steps, sides counted one longer than they are: so that lines and points have some, too.
