@@ -157,6 +157,11 @@ static void make_one_part(workload *w)
     }
 }
 
+const char *workload_surface_name(surface kind)
+{
+    return surfaces[kind].name;
+}
+
 workload workload_surface(surface kind, uint32_t triangles)
 {
     uint32_t sheets = surfaces[kind].sheets;

@@ -33,6 +33,7 @@ typedef struct workload {
 typedef enum surface { SURFACE_SPHERE, SURFACE_TERRAIN, SURFACE_CLOTH, SURFACE_COUNT } surface;
 
 workload workload_surface(surface kind, uint32_t triangles);
+const char *workload_surface_name(surface kind);
 // A model of the folder that CLAST_ASSETS names, its edges halved until there are enough triangles. No triangles where there
 // is no such file.
 workload workload_model(clast_context *context, const char *file, uint32_t triangles);

@@ -22,9 +22,11 @@
 #include "accel_job.h"
 #include "base/context.h"
 
+enum { MOST_CLUSTERED = 8000000 }; // larger ones are measured as grids only
+
 size_t accel_job_rays(const accel_job *j)
 {
-    return (size_t)1 << (j->b->options.quick ? 17 : 19);
+    return (size_t)1 << (j->b->options.quick ? 17 : 18);
 }
 
 accel_job accel_job_begin(bench *b, const workload *w, bool grids, uint32_t threads)
@@ -142,8 +144,7 @@ static void measure_workload(bench *b, const workload *w, bool grids, uint32_t t
 // Where no number of threads is asked for, one and two.
 static void measure(bench *b, workload w, bool grids)
 {
-    bool wanted = w.m.triangle_count > 0 && bench_wants(b, w.name);
-    for (uint32_t threads = 1; threads <= 2 && wanted; threads++) {
+    for (uint32_t threads = 1; threads <= 2 && w.m.triangle_count > 0; threads++) {
         if (b->options.threads == 0 || threads == 1) {
             measure_workload(b, &w, grids, b->options.threads != 0 ? b->options.threads : threads);
         }
@@ -151,25 +152,50 @@ static void measure(bench *b, workload w, bool grids)
     workload_free(&w);
 }
 
+static void measure_surfaces(bench *b, uint32_t triangles)
+{
+    for (surface kind = 0; kind < SURFACE_COUNT; kind++) {
+        if (bench_wants(b, workload_surface_name(kind)) && (!b->options.quick || kind == SURFACE_SPHERE)) {
+            measure(b, workload_surface(kind, triangles), true);
+            if (!b->options.quick && triangles <= MOST_CLUSTERED) {
+                measure(b, workload_surface(kind, triangles), false);
+            }
+        }
+    }
+}
+
+// Without models there is a surface instead.
+static void measure_pile(bench *b, clast_context *context, uint32_t triangles)
+{
+    if (bench_wants(b, "pile of scans") && triangles <= MOST_CLUSTERED) {
+        workload pile = workload_pile(context, triangles);
+        if (pile.m.triangle_count == 0 && b->options.quick) {
+            workload_free(&pile);
+            pile = workload_surface(SURFACE_CLOTH, triangles);
+        }
+        measure(b, pile, false);
+    }
+}
+
+static void measure_models(bench *b, clast_context *context, uint32_t triangles)
+{
+    static const char *const models[] = {"lucy.ply", "bun_zipper.ply", "nefertiti-lowres.obj"};
+    for (size_t i = 0; i < sizeof models / sizeof models[0]; i++) {
+        if (bench_wants(b, models[i])) {
+            measure(b, workload_model(context, models[i], triangles), false);
+        }
+    }
+}
+
 static void measure_size(bench *b, clast_context *context, uint32_t triangles)
 {
-    bool all = !b->options.quick;
     uint32_t repetitions = b->options.repetitions;
-    b->options.repetitions = triangles > 8000000 ? 3 : repetitions;
-    for (surface kind = 0; kind < SURFACE_COUNT; kind++) {
-        if (all || kind == SURFACE_SPHERE) {
-            measure(b, workload_surface(kind, triangles), true);
-        }
-        if (all && triangles <= 8000000) {
-            measure(b, workload_surface(kind, triangles), false);
-        }
+    b->options.repetitions = triangles > 2000000 || b->options.quick ? 3 : 5; // the whole takes a third of an hour
+    measure_surfaces(b, triangles);
+    measure_pile(b, context, triangles);
+    if (!b->options.quick && triangles <= 1000000) {
+        measure_models(b, context, triangles);
     }
-    workload pile = workload_pile(context, triangles);
-    if (pile.m.triangle_count == 0) { // no models: a surface
-        workload_free(&pile);
-        pile = workload_surface(SURFACE_CLOTH, triangles);
-    }
-    measure(b, pile, false);
     b->options.repetitions = repetitions;
 }
 
@@ -196,12 +222,6 @@ int main(int count, char **arguments)
     } else {
         for (int i = 0; i < (b.options.quick ? 1 : 3); i++) {
             measure_size(&b, context, sizes[i]);
-        }
-    }
-    if (!b.options.quick && b.options.triangles == 0) {
-        const char *models[] = {"lucy.ply", "bun_zipper.ply", "nefertiti-lowres.obj"};
-        for (int i = 0; i < 3; i++) {
-            measure(&b, workload_model(context, models[i], 1000000), false);
         }
     }
     measure_instances(&b);
