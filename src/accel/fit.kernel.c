@@ -124,40 +124,65 @@ static void fit_sound_triangles(clast_clas *clas, clast_box *box, const clast_te
 
 // ------------------------------------------------------------------------------------------------------------- bounds
 
-// Eight vertices are three vectors, and the fourth of them begins anew with an x. This brings the four vertices of twelve
-// floats to lanes of their own.
-#define FOLD4(minimum, a, b, c) \
-    minimum(minimum(a, __builtin_shufflevector(a, b, 3, 4, 5, 5)), \
-            minimum(__builtin_shufflevector(b, c, 2, 3, 4, 4), __builtin_shufflevector(c, c, 1, 2, 3, 3)))
+// Four vertices are twelve floats, so three vectors, over and over. This brings the four to lanes of their own.
+#define FOLD4(minimum, v) \
+    minimum(minimum(v[0], __builtin_shufflevector(v[0], v[1], 3, 4, 5, 5)), \
+            minimum(__builtin_shufflevector(v[1], v[2], 2, 3, 4, 4), __builtin_shufflevector(v[2], v[2], 1, 2, 3, 3)))
+
+#if defined(__AVX2__)
+enum { BOUND_TOGETHER = 8 };
+
+// Of the first vertices, as many eights as there are. False where one is NaN.
+CLAST_LANES bool bound_vectors(const float *vertices, uint32_t end, clast_floats4 lower[3], clast_floats4 upper[3])
+{
+    const clast_floats8 most = splat8(INFINITY), least = splat8(-INFINITY);
+    clast_floats8 low[3] = {most, most, most}, high[3] = {least, least, least};
+    clast_ints8 unordered = {0, 0, 0, 0, 0, 0, 0, 0};
+    for (uint32_t i = 0; i < end; i += BOUND_TOGETHER) {
+        for (uint32_t k = 0; k < 3; k++) {
+            clast_floats8 v = load_any8(vertices + 3 * i + 8 * k);
+            low[k] = min8(v, low[k]);
+            high[k] = max8(v, high[k]);
+            unordered |= v != v;
+        }
+    }
+    lower[0] = min4(LOWER_HALF4(low[0]), UPPER_HALF4(low[1]));
+    lower[1] = min4(UPPER_HALF4(low[0]), LOWER_HALF4(low[2]));
+    lower[2] = min4(LOWER_HALF4(low[1]), UPPER_HALF4(low[2]));
+    upper[0] = max4(LOWER_HALF4(high[0]), UPPER_HALF4(high[1]));
+    upper[1] = max4(UPPER_HALF4(high[0]), LOWER_HALF4(high[2]));
+    upper[2] = max4(LOWER_HALF4(high[1]), UPPER_HALF4(high[2]));
+    return bits8(unordered) == 0;
+}
+#else
+enum { BOUND_TOGETHER = 4 };
+
+CLAST_LANES bool bound_vectors(const float *vertices, uint32_t end, clast_floats4 lower[3], clast_floats4 upper[3])
+{
+    clast_ints4 unordered = {0, 0, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        lower[k] = splat4(INFINITY);
+        upper[k] = splat4(-INFINITY);
+    }
+    for (uint32_t i = 0; i < end; i += BOUND_TOGETHER) {
+        for (uint32_t k = 0; k < 3; k++) {
+            clast_floats4 v = load_any4(vertices + 3 * i + 4 * k);
+            lower[k] = min4(v, lower[k]);
+            upper[k] = max4(v, upper[k]);
+            unordered |= v != v;
+        }
+    }
+    return (unordered[0] | unordered[1] | unordered[2] | unordered[3]) == 0;
+}
+#endif
 
 // The box around vertices; false where one is not sound.
 static bool bounds_of(const float *vertices, uint32_t count, extent *bounds)
 {
-    clast_floats8 lower[3], upper[3];
-    clast_ints8 unordered = {0, 0, 0, 0, 0, 0, 0, 0};
-    for (int k = 0; k < 3; k++) {
-        lower[k] = splat8(INFINITY);
-        upper[k] = splat8(-INFINITY);
-    }
-    uint32_t i = 0;
-    for (; i + 8 <= count; i += 8) {
-        for (uint32_t k = 0; k < 3; k++) {
-            clast_floats8 v = load_any8(vertices + 3 * i + 8 * k);
-            lower[k] = min8(v, lower[k]);
-            upper[k] = max8(v, upper[k]);
-            unordered |= v != v;
-        }
-    }
-    extent e;
-    clast_floats4 a = min4(LOWER_HALF4(lower[0]), UPPER_HALF4(lower[1])),
-                  b = min4(UPPER_HALF4(lower[0]), LOWER_HALF4(lower[2])),
-                  c = min4(LOWER_HALF4(lower[1]), UPPER_HALF4(lower[2]));
-    e.lower = FOLD4(min4, a, b, c);
-    a = max4(LOWER_HALF4(upper[0]), UPPER_HALF4(upper[1]));
-    b = max4(UPPER_HALF4(upper[0]), LOWER_HALF4(upper[2]));
-    c = max4(LOWER_HALF4(upper[1]), UPPER_HALF4(upper[2]));
-    e.upper = FOLD4(max4, a, b, c);
-    bool ordered = bits8(unordered) == 0;
+    clast_floats4 lower[3], upper[3];
+    uint32_t i = count / BOUND_TOGETHER * BOUND_TOGETHER;
+    bool ordered = bound_vectors(vertices, i, lower, upper);
+    extent e = {FOLD4(min4, lower), FOLD4(max4, upper)};
     for (; i < count; i++) {
         clast_floats4 v = load_three4(vertices + 3 * i);
         ordered = ordered && is_sound(v);
@@ -170,24 +195,28 @@ static bool bounds_of(const float *vertices, uint32_t count, extent *bounds)
 // ------------------------------------------------------------------------------------------------------------- records
 
 // A vertex as words: for each axis the steps down, then 255 minus the steps up.
-CLAST_LANES clast_ints8 record_pair(clast_floats8 v, clast_floats8 base, clast_floats8 down, clast_floats8 up)
+CLAST_LANES clast_ints4 make_record(clast_floats4 v, const clast_steps *s)
 {
-    return steps_down8(v - base, down) | (STEPS_MOST - steps_up8(v - base, up)) << 16;
+    clast_floats4 away = v - s->base;
+    return steps_down4(away, s->down) | (STEPS_MOST - steps_up4(away, s->up)) << 16;
 }
 
 static void make_records(const float *vertices, uint32_t count, const clast_steps *s, words8 records[TEMPLATE_VERTICES])
 {
+    uint32_t i = 0; // what is read beyond a vertex is the next one's
+#if defined(__AVX2__)
     clast_floats8 base = JOIN4(s->base, s->base), down = JOIN4(s->down, s->down), up = JOIN4(s->up, s->up);
-    uint32_t i = 0;
-    for (; i + 3 <= count; i += 2) { // what is read beyond the second is the third's
-        clast_floats8 v = JOIN4(load_any4(vertices + 3 * i), load_any4(vertices + 3 * i + 3));
-        clast_ints8 pair = record_pair(v, base, down, up);
+    for (; i + 3 <= count; i += 2) {
+        clast_floats8 away = JOIN4(load_any4(vertices + 3 * i), load_any4(vertices + 3 * i + 3)) - base;
+        clast_ints8 pair = steps_down8(away, down) | (STEPS_MOST - steps_up8(away, up)) << 16;
         memcpy(&records[i], &pair, sizeof pair);
     }
+#endif
+    for (; i + 2 <= count; i++) {
+        records[i] = (words8)make_record(load_any4(vertices + 3 * i), s);
+    }
     for (; i < count; i++) {
-        clast_floats4 v = load_three4(vertices + 3 * i);
-        clast_ints8 pair = record_pair(JOIN4(v, v), base, down, up);
-        memcpy(&records[i], &pair, sizeof records[i]);
+        records[i] = (words8)make_record(load_three4(vertices + 3 * i), s);
     }
 }
 

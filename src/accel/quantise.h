@@ -42,6 +42,18 @@ CLAST_LANES clast_steps steps_from(clast_floats4 base, clast_ints4 exponents)
 }
 
 // From differences to the base, which are not negative: steps of the lower side, and of the upper one.
+CLAST_LANES clast_ints4 steps_down4(clast_floats4 away, clast_floats4 down)
+{
+    return __builtin_convertvector(away * down, clast_ints4);
+}
+
+CLAST_LANES clast_ints4 steps_up4(clast_floats4 away, clast_floats4 up)
+{
+    clast_floats4 steps = away * up;
+    clast_ints4 whole = __builtin_convertvector(steps, clast_ints4);
+    return whole - (__builtin_convertvector(whole, clast_floats4) < steps);
+}
+
 CLAST_LANES clast_ints8 steps_down8(clast_floats8 away, clast_floats8 down)
 {
     return __builtin_convertvector(away * down, clast_ints8);

@@ -10,8 +10,6 @@
 
 enum { COLLAPSE_GRAIN = 128 };
 
-typedef uint8_t bytes8 __attribute__((vector_size(8)));
-
 // -------------------------------------------------------------------------------------------------------------- costs
 
 // Items are visited alike, however they are gathered: they cost nothing. A leaf's stay together, or each goes alone.
@@ -23,14 +21,28 @@ static void leaf_costs(const clast_binary_node *node, float costs[TREE_WIDTH], u
     }
 }
 
-// Costs where the left half gets `share` roots: the right half's, that many lanes on.
-#define TRY_SHARE(share, ...) \
-    do { \
-        clast_floats8 cost = splat8(left[(share)-1]) + __builtin_shufflevector(none, right, __VA_ARGS__); \
-        clast_ints8 less = cost < least; \
-        least = pick8(less, cost, least); \
-        chosen = (less & (share)) | (~less & chosen); \
-    } while (0)
+// The least of some lanes so far, and where it was found.
+typedef struct least_lanes {
+    clast_floats4 costs;
+    clast_ints4 shares;
+} least_lanes;
+
+static inline void try_share(least_lanes *least, int share, float left, clast_floats4 right)
+{
+    clast_floats4 cost = splat4(left) + right;
+    clast_ints4 less = cost < least->costs;
+    least->costs = pick4(less, cost, least->costs);
+    least->shares = (less & share) | (~less & least->shares);
+}
+
+// Lanes of two vectors from the `first` on.
+#define LANES_FROM(a, b, first) __builtin_shufflevector(a, b, first, (first) + 1, (first) + 2, (first) + 3)
+
+static inline clast_floats4 running_least(clast_floats4 v, clast_floats4 none)
+{
+    v = min4(v, LANES_FROM(none, v, 3));
+    return min4(v, LANES_FROM(none, v, 2));
+}
 
 void clast_tree_costs(clast_tree_builder *b, uint32_t number)
 {
@@ -41,30 +53,38 @@ void clast_tree_costs(clast_tree_builder *b, uint32_t number)
     }
     // Lane n - 1 is for n roots: the left half gets `share` of them, the right half what is left.
     const float *left = b->costs[number + 1];
-    const clast_floats8 none = splat8(INFINITY);
-    clast_floats8 right, least = none;
-    clast_ints8 chosen = {1, 1, 1, 1, 1, 1, 1, 1};
-    memcpy(&right, b->costs[node->right], sizeof right);
-    TRY_SHARE(1, 7, 8, 9, 10, 11, 12, 13, 14);
-    TRY_SHARE(2, 6, 7, 8, 9, 10, 11, 12, 13);
-    TRY_SHARE(3, 5, 6, 7, 8, 9, 10, 11, 12);
-    TRY_SHARE(4, 4, 5, 6, 7, 8, 9, 10, 11);
-    TRY_SHARE(5, 3, 4, 5, 6, 7, 8, 9, 10);
-    TRY_SHARE(6, 2, 3, 4, 5, 6, 7, 8, 9);
-    TRY_SHARE(7, 1, 2, 3, 4, 5, 6, 7, 8);
+    const clast_floats4 none = splat4(INFINITY);
+    clast_floats4 few, many; // of the right half: one to four roots, five to eight
+    memcpy(&few, b->costs[node->right], sizeof few);
+    memcpy(&many, b->costs[node->right] + 4, sizeof many);
+    least_lanes low = {none, {1, 1, 1, 1}}, high = low;
+    try_share(&low, 1, left[0], LANES_FROM(none, few, 3));
+    try_share(&low, 2, left[1], LANES_FROM(none, few, 2));
+    try_share(&low, 3, left[2], LANES_FROM(none, few, 1));
+    try_share(&high, 1, left[0], LANES_FROM(few, many, 3));
+    try_share(&high, 2, left[1], LANES_FROM(few, many, 2));
+    try_share(&high, 3, left[2], LANES_FROM(few, many, 1));
+    try_share(&high, 4, left[3], few);
+    try_share(&high, 5, left[4], LANES_FROM(none, few, 3));
+    try_share(&high, 6, left[5], LANES_FROM(none, few, 2));
+    try_share(&high, 7, left[6], LANES_FROM(none, few, 1));
     // As one root it is opened with all eight, and no number of roots costs more than fewer do. The last lane is for this node
     // as a root: it must be opened.
-    clast_floats8 lowest = least;
-    lowest[0] = node->area + least[TREE_WIDTH - 1];
-    lowest = min8(lowest, __builtin_shufflevector(none, lowest, 7, 8, 9, 10, 11, 12, 13, 14));
-    lowest = min8(lowest, __builtin_shufflevector(none, lowest, 6, 7, 8, 9, 10, 11, 12, 13));
-    lowest = min8(lowest, __builtin_shufflevector(none, lowest, 4, 5, 6, 7, 8, 9, 10, 11));
-    clast_ints8 worse = least >= __builtin_shufflevector(none, lowest, 7, 8, 9, 10, 11, 12, 13, 14);
-    worse[TREE_WIDTH - 1] = 0;
-    lowest[TREE_WIDTH - 1] = least[TREE_WIDTH - 1];
-    bytes8 shares = __builtin_convertvector(chosen & ~worse, bytes8);
+    clast_floats4 lowest = low.costs;
+    lowest[0] = node->area + high.costs[3];
+    lowest = running_least(lowest, none);
+    low.shares &= ~(low.costs >= LANES_FROM(none, lowest, 3));
+    clast_floats4 highest = min4(running_least(high.costs, none), splat4(lowest[3]));
+    clast_ints4 worse = high.costs >= LANES_FROM(lowest, highest, 3);
+    worse[3] = 0;
+    highest[3] = high.costs[3];
+    high.shares &= ~worse;
     memcpy(b->costs[number], &lowest, sizeof lowest);
-    memcpy(b->shares[number], &shares, sizeof shares);
+    memcpy(b->costs[number] + 4, &highest, sizeof highest);
+    for (int i = 0; i < 4; i++) {
+        b->shares[number][i] = (uint8_t)low.shares[i];
+        b->shares[number][i + 4] = (uint8_t)high.shares[i];
+    }
 }
 
 // ------------------------------------------------------------------------------------------------------------ children

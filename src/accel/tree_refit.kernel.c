@@ -3,6 +3,7 @@
 #include "accel/quantise.h"
 #include "accel/structures.h"
 
+#if defined(__AVX2__)
 enum { FETCH_AHEAD = 4 }; // nodes
 
 typedef uint8_t bytes8 __attribute__((vector_size(8)));
@@ -106,3 +107,14 @@ void CLAST_KERNEL(clast_refit_nodes)(clast_tree *tree, const clast_box *items, u
         refit_node(tree, items, i);
     }
 }
+
+#else // narrower lanes gain nothing
+
+void CLAST_KERNEL(clast_refit_nodes)(clast_tree *tree, const clast_box *items, uint32_t begin, uint32_t end)
+{
+    for (uint32_t i = end; i-- > begin;) {
+        clast_tree_refit_node(tree, items, i);
+    }
+}
+
+#endif
