@@ -11,7 +11,7 @@ enum {
                    8, // of clusters at first: cut anew, some need more vertices for their triangles
     FILL_GRAIN = 64,
     BUDGET_SHARE = 50, // of the triangles that an update cuts, where nothing else is asked for
-    BUDGET_LEAST = 2048,
+    BUDGET_LEAST = 1024,
     PIECE_LEAST = 512, // triangles: there are choices for a budget's worth of such pieces
 };
 

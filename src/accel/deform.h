@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a deforming mesh is made of: a pool of clusters with room for any other clusters of the same triangles, and a tree.
+// What a deforming mesh is made of: a pool of clusters with room for any other clusters of the same triangles, and a
+// tree.
 //
-// Clusters have fixed room each, so that their triangles can be dealt anew among them without moving anything else. They are
-// watched in pieces: parts of the tree of up to sixteen clusters. What a piece costs is what a random ray is expected to test
-// there, by the surface area heuristic: areas of the clusters' boxes and of their blocks' boxes. A piece in good order costs
-// about so many times the area of its own box as in the beginning; what it costs beyond is what cutting it anew may save, and
-// the pieces that may save most are cut first.
+// Clusters have fixed room each, so that their triangles can be dealt anew among them without moving anything else.
+// They are watched in pieces: parts of the tree of up to sixteen clusters. What a piece costs is what a random ray is
+// expected to test there, by the surface area heuristic: areas of the clusters' boxes and of their blocks' boxes. A
+// piece in good order costs about so many times the area of its own box as in the beginning; what it costs beyond is
+// what cutting it anew may save, and the pieces that may save most are cut first.
 #ifndef CLAST_ACCEL_DEFORM_H
 #define CLAST_ACCEL_DEFORM_H
 
@@ -72,7 +73,8 @@ struct clast_deforming_mesh {
     uint8_t *tree_scratch;
     // The watch.
     bool watched;
-    uint32_t budget;     // triangles that an update may cut
+    uint32_t budget;     // triangles that updates may cut, on average
+    uint32_t credit;     // what is left of it
     float *expected;     // of each cluster: areas of its piece in areas of the piece's box, in the beginning
     uint32_t *order;     // of the clusters in the tree, left to right
     clast_piece *pieces; // of the tree, left to right
@@ -111,15 +113,15 @@ void clast_deform_watch_end(clast_deforming_mesh *mesh, clast_deforming_mesh_sta
 
 void clast_deform_tree_take(clast_deforming_mesh *mesh, clast_arena *arena);
 void clast_deform_tree_begin(clast_deforming_mesh *mesh);
-// Goes on by about so much work, in passes over single clusters. True where the next tree is done: the BLAS has it then, and
-// its boxes are to be fitted.
+// Goes on by about so much work, in passes over single clusters. True where the next tree is done: the BLAS has it
+// then, and its boxes are to be fitted.
 bool clast_deform_tree_go_on(clast_deforming_mesh *mesh, uint64_t work);
 
 // --------------------------------------------------------------------------------------------------- deform_cut.c
 
 size_t clast_piece_cutter_size(void);
-// Deals the triangles of a piece's clusters anew among the same clusters. False, and nothing is changed, where that is no
-// better or the vertices do not fit.
+// Deals the triangles of a piece's clusters anew among the same clusters. False, and nothing is changed, where that is
+// no better or the vertices do not fit.
 bool clast_deform_cut(clast_deforming_mesh *mesh, clast_piece_cutter *cutter, const clast_piece *piece,
                       const float *positions);
 

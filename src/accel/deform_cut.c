@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cutting a piece anew: its triangles are dealt among the same clusters, so that these are compact again, and each cluster's
-// triangles are cut into blocks. Both by the clusterizer's sweeps over sorted boxes (geometry/blocks.c). Each part of the
-// piece gets a number of clusters with its triangles, about in proportion, so that there are always enough.
+// Cutting a piece anew: its triangles are dealt among the same clusters, so that these are compact again, and each
+// cluster's triangles are cut into blocks. Both by the clusterizer's sweeps over sorted boxes (geometry/blocks.c).
+// Each part of the piece gets a number of clusters with its triangles, about in proportion, so that there are always
+// enough.
 #include <string.h>
 
 #include "accel/deform.h"
@@ -143,7 +144,8 @@ static void load_vertices(clast_piece_cutter *c, const cut_job *job)
         uint32_t number = (uint32_t)(from[i] >> 16);
         if (i == 0 || number != c->numbers[found - 1]) {
             c->seen[found] = 0;
-            c->positions[found] = in_steps(c, job->positions + 3 * (size_t)number);
+            uint32_t slot = job->slots[from[i] >> 8 & 0xff];
+            c->positions[found] = in_steps(c, job->mesh->vertices + 3 * (job->mesh->first[slot] + (from[i] & 0xff)));
             c->numbers[found++] = number;
         }
         c->piece_vertices[from[i] >> 8 & 0xff][from[i] & 0xff] = (uint16_t)(found - 1);
@@ -218,7 +220,8 @@ static uint32_t clusters_of_left(const part *p, uint32_t left, uint32_t most)
     return clusters <= left && p->clusters - clusters <= right ? clusters : 0; // none is empty
 }
 
-// The nearest to the middle that can be. A part always has clusters <= triangles <= clusters * most, and both its sides have.
+// The nearest to the middle that can be. A part always has clusters <= triangles <= clusters * most, and both its
+// sides have.
 static uint32_t any_left(const part *p, uint32_t most)
 {
     uint32_t clusters = p->clusters / 2, others = p->clusters - clusters;
@@ -238,7 +241,7 @@ static part cut_part(clast_piece_cutter *c, sorted_boxes *sorted, const part *p,
         c->weights.right[k] = clusters != 0 ? p->clusters - clusters : UNWANTED;
     }
     for (uint32_t axis = 0; axis < 3 && pieces > 1; axis++) {
-        clast_boxes_sweep(sorted, axis, p->begin, p->count, BLOCKS_PIECE, &c->weights, 0, &best);
+        clast_boxes_sweep(sorted, axis, p->begin, p->count, BLOCKS_PIECE, &c->weights, false, &best);
     }
     uint32_t clusters = best.left != 0 ? clusters_of_left(p, best.left, most) : 0;
     if (clusters == 0) {
@@ -272,8 +275,8 @@ static void deal(clast_piece_cutter *c, sorted_boxes *sorted, uint32_t clusters,
 
 // ----------------------------------------------------------------------------------------------------------- building
 
-// Makes a cluster's template of its triangles, whose numbers are in the order of its blocks; adds the areas of its box and
-// its blocks' boxes. False where the vertices are too many.
+// Makes a cluster's template of its triangles, whose numbers are in the order of its blocks; adds the areas of its box
+// and its blocks' boxes. False where the vertices are too many.
 static bool build_cluster(clast_piece_cutter *c, uint32_t cluster, const uint16_t *ordered, uint32_t most,
                           uint64_t *areas)
 {

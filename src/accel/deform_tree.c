@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tree of a deforming mesh is built anew over several updates, beside the one in use, whose place it takes when it is done.
-// Boxes may move meanwhile: what was built is a shape, to which later boxes are fitted like any.
+// The tree of a deforming mesh is built anew over several updates, beside the one in use, whose place it takes when it
+// is done. Boxes may move meanwhile: what was built is a shape, to which later boxes are fitted like any.
 #include <string.h>
 
 #include "accel/deform.h"
 
-// Work of one step in passes over its items.
-enum { PASSES_BEGIN = 2, PASSES_LARGE = 1, PASSES_SUBTREE = 12, PASSES_END = 4 };
+// Work of the steps, in passes over single items. A subtree's takes so many for each of its levels.
+enum { PASSES_BEGIN = 2, PASSES_LARGE = 1, PASSES_LEVEL = 4 };
 
 void clast_deform_tree_take(clast_deforming_mesh *mesh, clast_arena *arena)
 {
@@ -24,6 +24,15 @@ void clast_deform_tree_begin(clast_deforming_mesh *mesh)
     mesh->tree_phase = CLAST_TREE_BEGIN;
 }
 
+static uint64_t subtree_work(const clast_build_range *range)
+{
+    uint32_t count = range->end - range->begin, levels = 1;
+    for (uint32_t i = count; i > 1; i /= 2) {
+        levels++;
+    }
+    return (uint64_t)PASSES_LEVEL * levels * count;
+}
+
 // As many subtrees as there is work for, one at least.
 static uint64_t build_subtrees(clast_deforming_mesh *mesh, uint64_t work)
 {
@@ -31,8 +40,7 @@ static uint64_t build_subtrees(clast_deforming_mesh *mesh, uint64_t work)
     uint32_t first = mesh->next_subtree;
     uint64_t done = 0;
     for (; mesh->next_subtree < b->range_count && done < work; mesh->next_subtree++) {
-        const clast_build_range *range = &b->ranges[mesh->next_subtree];
-        done += (uint64_t)PASSES_SUBTREE * (range->end - range->begin);
+        done += subtree_work(&b->ranges[mesh->next_subtree]);
     }
     clast_tree_split_subtrees(b, first, mesh->next_subtree - first);
     return done;
@@ -66,8 +74,9 @@ bool clast_deform_tree_go_on(clast_deforming_mesh *mesh, uint64_t work)
             break;
         case CLAST_TREE_SUBTREES:
             done += build_subtrees(mesh, work - done);
-            if (mesh->next_subtree == mesh->builder.range_count) {
+            if (mesh->next_subtree == mesh->builder.range_count) { // the rest is an update's work
                 mesh->tree_phase = CLAST_TREE_END;
+                return false;
             }
             break;
         case CLAST_TREE_END:

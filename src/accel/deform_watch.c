@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an update of a deforming mesh does beside fitting boxes: it measures pieces in turns, and cuts those that may save
-// most; or, in some updates, it goes on with the next tree instead.
+// What an update of a deforming mesh does beside fitting boxes: it measures pieces in turns, and cuts those that may
+// save most; or, in some updates, it goes on with the next tree instead.
 #include <string.h>
 
 #include "accel/deform.h"
@@ -10,13 +10,14 @@
 enum {
     TURNS = 4, // updates in which each piece is measured once
     MEASURE_GRAIN = 16,
-    TREE_UPDATES_LEAST = 8, // from one tree to the beginning of the next
-    TREE_PASSES = 8,        // over all clusters, in an update that goes on with the next tree
+    TREE_UPDATES_LEAST = 10, // from one tree to the beginning of the next
+    TREE_PASSES = 24,        // over all clusters, in an update that goes on with the next tree
 };
 
 // A piece is cut where it costs so many times what is expected.
 #define MISFIT 1.03f
-// The tree is built anew where its nodes have so many times the area that they had, or so large a part of the clusters was cut.
+// The tree is built anew where its nodes have so many times the area that they had, or so large a part of the clusters
+// was cut.
 #define TREE_MISFIT 1.02f
 #define TREE_CHANGES 16
 
@@ -35,17 +36,21 @@ static float box_area(const clast_box *box, float scale)
 // The areas of all blocks of a cluster of at most CLUSTER_WIDTH, from their quantised boxes.
 static float blocks_area(const clast_clas *clas, float scale)
 {
-    int32_t sums[3] = {0, 0, 0};
-    const uint8_t(*group)[2][CLUSTER_WIDTH] = clas->groups[0];
-    for (int i = 0; i < CLUSTER_WIDTH; i++) {
-        int32_t there = i < clas->block_count ? -1 : 0, side[3];
-        for (int axis = 0; axis < 3; axis++) {
-            int32_t steps = group[axis][1][i] - group[axis][0][i];
-            side[axis] = (steps > 0 ? steps : 0) & there;
+    uint16_t sides[3][CLUSTER_WIDTH]; // products of two fit
+    uint32_t sums[3] = {0, 0, 0};
+    for (int axis = 0; axis < 3; axis++) {
+        for (int i = 0; i < CLUSTER_WIDTH; i++) {
+            uint8_t lower = clas->groups[0][axis][0][i], upper = clas->groups[0][axis][1][i];
+            sides[axis][i] = (uint8_t)((upper > lower ? upper : lower) - lower);
         }
-        sums[0] += side[0] * side[1];
-        sums[1] += side[1] * side[2];
-        sums[2] += side[2] * side[0];
+        for (int i = clas->block_count; i < CLUSTER_WIDTH; i++) {
+            sides[axis][i] = 0;
+        }
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        for (int i = 0; i < CLUSTER_WIDTH; i++) {
+            sums[axis] += (uint16_t)(sides[axis][i] * sides[(axis + 1) % 3][i]);
+        }
     }
     float step[3], area = 0.0f;
     for (int axis = 0; axis < 3; axis++) {
@@ -116,23 +121,28 @@ static void settle_piece(clast_deforming_mesh *mesh, uint32_t number)
     mesh->states[number] = (clast_piece_state){area, box > 0.0f ? area / box : 0.0f, 0.0f};
 }
 
+// Measures one in so many pieces.
+typedef struct measure_job {
+    clast_deforming_mesh *mesh;
+    uint32_t turns, turn;
+} measure_job;
+
 static void measure_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
-    clast_deforming_mesh *mesh = data;
-    uint32_t turns = mesh->tree_updates == 1 ? 1 : TURNS; // none of a new tree's pieces was measured yet
+    const measure_job *job = data;
     for (size_t i = begin; i < end; i++) {
-        uint32_t number = (uint32_t)i * turns + mesh->updates % turns;
-        if (number < mesh->piece_count) {
-            measure_piece(mesh, number);
+        uint32_t number = (uint32_t)i * job->turns + job->turn;
+        if (number < job->mesh->piece_count) {
+            measure_piece(job->mesh, number);
         }
     }
 }
 
-static void measure(clast_deforming_mesh *mesh)
+static void measure(clast_deforming_mesh *mesh, uint32_t turns)
 {
-    uint32_t turns = mesh->tree_updates == 1 ? 1 : TURNS;
-    clast_parallel_for(mesh->context, (mesh->piece_count + turns - 1) / turns, MEASURE_GRAIN, measure_range, mesh);
+    measure_job job = {mesh, turns, mesh->updates % turns};
+    clast_parallel_for(mesh->context, (mesh->piece_count + turns - 1) / turns, MEASURE_GRAIN, measure_range, &job);
 }
 
 // ----------------------------------------------------------------------------------------------------------- choosing
@@ -195,23 +205,30 @@ static uint32_t find_worst(clast_deforming_mesh *mesh)
     return count;
 }
 
-// The worst pieces that the budget allows.
+// The worst pieces for which there is budget.
 static uint32_t choose(clast_deforming_mesh *mesh)
 {
     uint32_t count = find_worst(mesh), chosen = 0;
-    uint64_t triangles = 0;
     for (; chosen < count; chosen++) {
         clast_piece_choice *choice = &mesh->choices[chosen];
         const clast_piece *piece = &mesh->pieces[choice->piece];
         for (uint32_t i = 0; i < piece->count; i++) {
             choice->triangles += clast_deform_template(mesh, mesh->order[piece->first + i])->triangle_count;
         }
-        triangles += choice->triangles;
-        if (chosen != 0 && triangles > mesh->budget) {
+        if (choice->triangles > mesh->credit) {
             break;
         }
+        mesh->credit -= choice->triangles;
     }
     return chosen;
+}
+
+// What is not spent is kept for the next update, but no more than a piece may need.
+static void earn(clast_deforming_mesh *mesh)
+{
+    uint64_t most = mesh->budget > PIECE_TRIANGLES ? mesh->budget : PIECE_TRIANGLES;
+    uint64_t credit = (uint64_t)mesh->credit + mesh->budget;
+    mesh->credit = (uint32_t)(credit < most ? credit : most);
 }
 
 // ------------------------------------------------------------------------------------------------------------- cutting
@@ -329,6 +346,7 @@ static void go_on_with_tree(clast_deforming_mesh *mesh, clast_deforming_mesh_sta
     statistics->sorted_clusters = mesh->cluster_count;
     if (clast_deform_tree_go_on(mesh, (uint64_t)TREE_PASSES * mesh->cluster_count)) {
         find_pieces(mesh);
+        measure(mesh, 1);
         mesh->tree_updates = 0;
         mesh->tree_changes = 0;
         mesh->tree_area = 0.0f;
@@ -378,13 +396,14 @@ void clast_deform_watch(clast_deforming_mesh *mesh, const float *positions, clas
 {
     mesh->updates++;
     mesh->tree_updates++;
+    earn(mesh);
     if (mesh->tree_phase == CLAST_TREE_IDLE && tree_is_due(mesh)) {
         clast_deform_tree_begin(mesh);
     }
     if (mesh->tree_phase != CLAST_TREE_IDLE) {
         go_on_with_tree(mesh, statistics);
     } else {
-        measure(mesh);
+        measure(mesh, TURNS);
         cut_worst(mesh, positions, statistics);
     }
 }
