@@ -160,7 +160,6 @@ static void measure_rebuilds(accel_job *j)
         e.order[i] = i;
     }
     bench_check(clast_blas_reserve(j->ours.blas, j->ours.cluster_count), j->context);
-    bench_check(clast_blas_reserve(j->ours.blas, j->ours.cluster_count), j->context); // as for what is built each frame
     measure_rebuild(j, &e, "rebuild_vs_rebuild", PEER_FAST, PEER_FAST_DYNAMIC);
     if (j->grids) {
         measure_rebuild(j, &e, "rebuild_vs_grids", PEER_GRIDS, PEER_GRIDS_DYNAMIC);
