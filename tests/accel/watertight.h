@@ -7,6 +7,7 @@
 #include <stdbool.h>
 
 #include "accel/meshes.h"
+#include "clast/deform.h"
 
 enum { WATERTIGHT_MAPS = 8, WATERTIGHT_BALLS = 24 };
 
@@ -53,13 +54,14 @@ typedef struct clusters {
     clast_context *context;
     clast_template_set *set;
     clast_clas_pool *pool;
-    clast_blas *tree;
-    clast_blas *blas;    // what rays are traced through: the tree, or a mapped copy
-    void *block;         // of the copy
-    float *vertices;     // of all clusters
-    uint32_t *sources;   // their numbers in the mesh
-    uint32_t *firsts;    // of each cluster, in sources
-    uint32_t *templates; // of each cluster
+    clast_blas *tree, *mapped;
+    void *block; // of the mapped one
+    clast_deforming_mesh *deforming;
+    const clast_blas *blas; // what rays are traced through: one of these
+    float *vertices;        // of all clusters
+    uint32_t *sources;      // their numbers in the mesh
+    uint32_t *firsts;       // of each cluster, in sources
+    uint32_t *templates;    // of each cluster
     size_t vertex_count, cluster_count;
 } clusters;
 
@@ -70,6 +72,7 @@ typedef enum cluster_kind {
     CLUSTERS_IN_TURN, // 100 consecutive triangles: with gaps between
     CLUSTERS_OWN,     // built one by one, without templates
     CLUSTERS_MAPPED,  // written as a block and used in place
+    CLUSTERS_WATCHED, // of a deforming mesh, which cuts them anew as it moves
     CLUSTERS_GRIDS,   // grids of many sizes
     CLUSTER_KINDS
 } cluster_kind;

@@ -5,7 +5,8 @@
 
 const char *cluster_kind_name(cluster_kind kind)
 {
-    static const char *const names[CLUSTER_KINDS] = {"cut", "full", "tiny", "in turn", "own", "mapped", "grids"};
+    static const char *const names[CLUSTER_KINDS] = {"cut", "full",   "tiny",    "in turn",
+                                                     "own", "mapped", "watched", "grids"};
     return names[kind];
 }
 
@@ -203,22 +204,58 @@ static clast_status fill_pool(builder *b)
 static clast_status map_block(clusters *c)
 {
     uint64_t bytes = 0;
-    clast_blas_destroy(c->blas != c->tree ? c->blas : NULL);
+    clast_blas_destroy(c->mapped);
     free(c->block);
     c->block = NULL;
-    c->blas = c->tree;
+    c->mapped = NULL;
     clast_status status = clast_blas_serialise(c->tree, NULL, 0, &bytes);
     if (status == CLAST_OK) {
         c->block = aligned_alloc(64, (size_t)(bytes + 63) & ~(size_t)63);
         status = clast_blas_serialise(c->tree, c->block, (size_t)bytes, &bytes);
     }
-    return status == CLAST_OK ? clast_blas_map(c->context, c->block, (size_t)bytes, true, &c->blas) : status;
+    status = status == CLAST_OK ? clast_blas_map(c->context, c->block, (size_t)bytes, true, &c->mapped) : status;
+    c->blas = c->mapped;
+    return status;
+}
+
+static clast_status make_deforming(clusters *c, const surface *s)
+{
+    clast_deforming_mesh_desc desc = {.positions = s->m.positions,
+                                      .position_count = s->m.vertex_count,
+                                      .indices = s->m.indices,
+                                      .triangle_count = s->m.triangle_count};
+    clast_status status = clast_deforming_mesh_create(c->context, &desc, &c->deforming);
+    c->vertices = malloc(12 * (size_t)s->m.vertex_count + 12); // where they were
+    memcpy(c->vertices, s->m.positions, 12 * (size_t)s->m.vertex_count);
+    c->blas = status == CLAST_OK ? clast_deforming_mesh_blas(c->deforming) : NULL;
+    return status;
+}
+
+// In many steps, so that there is time to cut much of it anew.
+static clast_status deform(clusters *c, const surface *s)
+{
+    enum { STEPS = 8 };
+    float *between = malloc(12 * (size_t)s->m.vertex_count + 12);
+    clast_status status = CLAST_OK;
+    for (uint32_t step = 1; step <= 2 * STEPS && status == CLAST_OK; step++) {
+        float part = step < STEPS ? (float)step / (float)STEPS : 1.0f;
+        for (size_t i = 0; i < 3 * (size_t)s->m.vertex_count; i++) {
+            float to = s->m.positions[i];
+            between[i] = part == 1.0f ? to : c->vertices[i] + part * (to - c->vertices[i]);
+        }
+        status = clast_deforming_mesh_update(c->deforming, between, NULL);
+    }
+    free(between);
+    return status;
 }
 
 clast_status clusters_make(clast_context *context, const surface *s, cluster_kind kind, clast_build build, clusters *c)
 {
     *c = (clusters){.context = context};
     builder b = {.s = s, .c = c, .own = kind == CLUSTERS_OWN};
+    if (kind == CLUSTERS_WATCHED) {
+        return make_deforming(c, s);
+    }
     clast_status status = clast_template_set_create(context, &c->set);
     status = status == CLAST_OK ? clast_clas_pool_create(c->set, &c->pool) : status;
     status = status == CLAST_OK ? clast_blas_create(c->pool, &c->tree) : status;
@@ -234,6 +271,9 @@ clast_status clusters_make(clast_context *context, const surface *s, cluster_kin
 
 clast_status clusters_refit(clusters *c, const surface *s)
 {
+    if (c->deforming != NULL) {
+        return deform(c, s);
+    }
     clast_clas_gather from = {s->m.positions, s->m.vertex_count, c->sources, c->firsts, c->vertices};
     clast_status status;
     if (c->cluster_count % 2 == 0) { // one way or the other
@@ -256,7 +296,8 @@ void clusters_corners(const clusters *c, uint32_t cluster, uint32_t triangle, ui
 
 void clusters_free(clusters *c)
 {
-    clast_blas_destroy(c->blas != c->tree ? c->blas : NULL);
+    clast_deforming_mesh_destroy(c->deforming);
+    clast_blas_destroy(c->mapped);
     clast_blas_destroy(c->tree);
     free(c->block);
     clast_clas_pool_destroy(c->pool);
