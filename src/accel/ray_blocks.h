@@ -42,8 +42,12 @@ CLAST_LANES int32_t take_nearest(block_hits *hits)
 // Blocks say which vertices they need when they arrive; till then, all of them are fetched.
 CLAST_LANES void prefetch_vertices(const clast_clas *clas)
 {
-    for (uint32_t i = 0; i < clast_clas_topology(clas)->vertex_count; i += 5) {
-        __builtin_prefetch(clast_clas_vertices(clas) + 3 * i);
+    const float *vertices = clast_clas_vertices(clas);
+    for (uint32_t i = 0; i < clast_clas_topology(clas)->vertex_count; i += 20) {
+        __builtin_prefetch(vertices + 3 * i);
+        __builtin_prefetch(vertices + 3 * i + 16);
+        __builtin_prefetch(vertices + 3 * i + 32);
+        __builtin_prefetch(vertices + 3 * i + 48);
     }
 }
 
@@ -66,6 +70,28 @@ CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const
                 break;
             }
             if (test_block(w, slot, clas, &blocks[first + ((uint32_t)nearest & KEY_LANES)])) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+// The same for any hit, in no order.
+CLAST_LANES bool test_cluster_any(traversal *w, const space *s, uint32_t slot, const clast_clas *clas)
+{
+    const clast_block *blocks = clast_clas_topology(clas)->blocks;
+    grid g = make_grid(s, clas->lower);
+    for (uint32_t first = 0; first < clas->block_count; first += CLUSTER_WIDTH) {
+        const uint8_t *sides = clas->groups[first / CLUSTER_WIDTH][0][0];
+        uint32_t left = clas->block_count - first, more = left > TREE_WIDTH ? left - TREE_WIDTH : 0;
+        uint32_t bits = test_boxes(s, &g, sides, CLUSTER_WIDTH, left, w->limit).bits;
+        bits |= test_boxes(s, &g, sides + TREE_WIDTH, CLUSTER_WIDTH, more, w->limit).bits << TREE_WIDTH;
+        if (bits != 0) {
+            prefetch_vertices(clas);
+        }
+        for (; bits != 0; bits &= bits - 1) {
+            if (test_block(w, slot, clas, &blocks[first + (uint32_t)__builtin_ctz(bits)])) {
                 return true;
             }
         }

@@ -29,9 +29,15 @@ typedef struct traversal {
     bool any;
 } traversal;
 
-static inline bool is_sound_vertex(const float *v)
+// Whether the corners of a triangle are all finite, and not too far away.
+CLAST_LANES bool is_sound_triangle(const float *vertices, const clast_block *block, uint32_t lane)
 {
-    return largest_of(v) <= BOX_COORDINATE_MOST && v[0] == v[0] && v[1] == v[1] && v[2] == v[2];
+    const clast_floats4 most = splat4(BOX_COORDINATE_MOST);
+    clast_ints4 sound = {-1, -1, -1, -1};
+    for (uint32_t corner = 0; corner < 3; corner++) {
+        sound &= abs4(load_three4(vertices + 3 * (uint32_t)block->corners[corner][lane])) <= most;
+    }
+    return bits4(sound) == 15;
 }
 
 CLAST_LANES void set_limit(traversal *w)
@@ -72,10 +78,8 @@ static __attribute__((noinline, cold, unused)) bool is_refused(const traversal *
 CLAST_LANES bool consider(traversal *w, uint32_t slot, const clast_clas *clas, const clast_block *block, uint32_t lane,
                           float t, float u, float v)
 {
-    for (uint32_t corner = 0; corner < 3; corner++) {
-        if (!is_sound_vertex(clast_clas_vertices(clas) + 3 * (uint32_t)block->corners[corner][lane])) {
-            return false;
-        }
+    if (__builtin_expect(!is_sound_triangle(clast_clas_vertices(clas), block, lane), 0)) {
+        return false;
     }
     uint32_t instance = w->placement->id, triangle = block->triangles[lane];
     if (__builtin_expect(t == w->best.t || (w->placement->filtered && w->filter != NULL), 0)) {
@@ -319,6 +323,18 @@ CLAST_LANES clast_floats4 scale_edge(clast_floats4 edge)
     return scale_lanes(edge, largest > 0.0f && largest <= FLT_MAX ? -exponent_of(largest) : 0);
 }
 
+CLAST_LANES clast_floats4 cross4(clast_floats4 a, clast_floats4 b)
+{
+    clast_floats4 a_next = __builtin_shufflevector(a, a, 1, 2, 0, 3),
+                  b_next = __builtin_shufflevector(b, b, 1, 2, 0, 3);
+    clast_floats4 turned = a * b_next - a_next * b; // z, x, y
+    return __builtin_shufflevector(turned, turned, 1, 2, 0, 3);
+}
+
+// Of this size are products that neither overflow nor lose bits: else edges are scaled first.
+#define NORMAL_LEAST 8.673617379884035e-19f // 2^-60
+#define NORMAL_MOST 1.152921504606847e18f   // 2^60
+
 // The hit as the caller gets it: with the normal of the best triangle in the world, and the steps.
 CLAST_LANES void store_hit(const traversal *w, clast_hit *hit)
 {
@@ -333,16 +349,22 @@ CLAST_LANES void store_hit(const traversal *w, clast_hit *hit)
         corners[corner] = load_three4(vertices + 3 * (uint32_t)w->best_block->corners[corner][w->best_lane]);
     }
     clast_floats4 edges[2] = {corners[1] - corners[0], corners[2] - corners[0]};
-    for (int i = 0; i < 2; i++) {
-        edges[i] = scale_edge(placement->is_identity ? edges[i] : apply(placement->to_world, edges[i]));
+    if (!placement->is_identity) {
+        edges[0] = apply(placement->to_world, edges[0]);
+        edges[1] = apply(placement->to_world, edges[1]);
     }
-    vec3 normal = cross3((vec3)edges[0], (vec3)edges[1]);
+    clast_floats4 normal = cross4(edges[0], edges[1]);
+    float largest = largest_lane(abs4(normal));
+    if (__builtin_expect(!(largest >= NORMAL_LEAST && largest <= NORMAL_MOST), 0)) {
+        normal = cross4(scale_edge(edges[0]), scale_edge(edges[1]));
+    }
+    if (placement->mirrored) {
+        normal = -normal;
+    }
     hit->t = w->best.t;
     hit->u = w->best.u;
     hit->v = w->best.v;
-    for (int axis = 0; axis < 3; axis++) {
-        hit->normal[axis] = placement->mirrored ? -normal[axis] : normal[axis];
-    }
+    memcpy(hit->normal, &normal, sizeof hit->normal);
     hit->instance = w->best.instance;
     hit->cluster = w->best.cluster;
     hit->triangle = w->best.triangle;

@@ -13,6 +13,9 @@
 CLAST_LANES uint32_t push_children(int32_t *stack_keys, uint32_t *stack, uint32_t *height, const clast_node *node,
                                    const box_hits *hits)
 {
+    if ((hits->bits & (hits->bits - 1)) == 0) {
+        return node->children[__builtin_ctz(hits->bits)]; // the most frequent case, and the child is known earlier
+    }
     clast_ints8 keys = keys_of8(hits->near, 0), children;
     uint32_t nearest = (uint32_t)least_of8(pick_ints8(hits->mask, keys, splat_ints8(INT32_MAX))) & (TREE_WIDTH - 1);
     uint32_t others = hits->bits & ~(1u << nearest);
@@ -56,16 +59,14 @@ CLAST_LANES void prefetch_top(const clast_blas *blas, const uint32_t *stack, uin
     }
 }
 
-// Gives true where the search is over.
-static bool traverse_blas(traversal *w)
+// The nearest hit within the ray's instance. Gives true where the search is over.
+static bool closest_in_blas(traversal *w)
 {
     const clast_blas *blas = w->placement->blas;
     const clast_node *nodes = blas->tree.nodes;
     const space s = w->object;
     int32_t stack_keys[RAY_STACK_ROOM];
-    uint32_t stack[RAY_STACK_ROOM], height = 0;
-    uint32_t child = 0, steps = 0;
-    bool over = false;
+    uint32_t stack[RAY_STACK_ROOM], height = 0, child = 0, steps = 0;
     do {
         steps++;
         if ((child & CLAST_CHILD_ITEM) == 0) {
@@ -77,21 +78,58 @@ static bool traverse_blas(traversal *w)
         } else {
             uint32_t slot = child & ~CLAST_CHILD_ITEM;
             prefetch_top(blas, stack, height);
-            if (test_cluster(w, &s, slot, clast_pool_slot(blas->pool, slot))) {
-                over = true;
-                break;
-            }
+            test_cluster(w, &s, slot, clast_pool_slot(blas->pool, slot));
         }
         if (!pop_child(stack_keys, stack, &height, w->cull, &child)) {
             break;
         }
     } while (true);
     w->steps += steps;
-    return over;
+    return false;
+}
+
+// Whether there is any hit within the ray's instance: then the search is over. Children come as they lie in their node: what
+// finding the nearest would save is less than what it takes.
+static bool any_in_blas(traversal *w)
+{
+    const clast_blas *blas = w->placement->blas;
+    const clast_node *nodes = blas->tree.nodes;
+    const space s = w->object;
+    uint32_t stack[RAY_STACK_ROOM], height = 0, child = 0;
+    do {
+        if ((child & CLAST_CHILD_ITEM) == 0) {
+            const clast_node *node = &nodes[child];
+            uint32_t bits = test_node(&s, node, w->limit).bits;
+            if (bits != 0) {
+                clast_ints8 children;
+                memcpy(&children, node->children, sizeof children);
+                children = gather_lanes8(children, bits & (bits - 1));
+                memcpy(stack + height, &children, sizeof children);
+                height += (uint32_t)__builtin_popcount(bits) - 1;
+                child = node->children[__builtin_ctz(bits)];
+                continue;
+            }
+        } else {
+            uint32_t slot = child & ~CLAST_CHILD_ITEM;
+            prefetch_top(blas, stack, height);
+            if (test_cluster_any(w, &s, slot, clast_pool_slot(blas->pool, slot))) {
+                return true;
+            }
+        }
+        if (height == 0) {
+            return false;
+        }
+        child = stack[--height];
+    } while (true);
+}
+
+CLAST_LANES bool traverse_blas(traversal *w)
+{
+    return w->any ? any_in_blas(w) : closest_in_blas(w);
 }
 
 // `direction` is tame, by 2^exponent.
-static void traverse_tlas(const clast_tlas *tlas, traversal *w, clast_floats4 direction, int exponent)
+CLAST_LANES void traverse_tlas(const clast_tlas *tlas, traversal *w, clast_floats4 direction, int exponent)
 {
     clast_floats4 origin = load_three4(w->ray->origin);
     float reach = reach_of(origin, &tlas->tree.boxes[0]),
