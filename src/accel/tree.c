@@ -22,13 +22,15 @@ enum {
 static void take_scratch(clast_tree_builder *b, clast_arena *arena)
 {
     size_t nodes = 2 * (size_t)b->count - 1;
+    // Ranges are not empty, and all of them are cut in two at once.
+    size_t ranges = nodes < MOST_SUBTREES ? nodes + 1 : MOST_SUBTREES;
     b->parts = clast_arena_take(arena, b->count / ITEM_GRAIN + 1, sizeof *b->parts);
     b->order = clast_arena_take(arena, b->count, sizeof *b->order);
     b->spare = clast_arena_take(arena, b->count, sizeof *b->spare);
     b->nodes = clast_arena_take(arena, nodes, sizeof *b->nodes);
-    b->ranges = clast_arena_take(arena, MOST_SUBTREES, sizeof *b->ranges);
-    b->next_ranges = clast_arena_take(arena, MOST_SUBTREES, sizeof *b->next_ranges);
-    b->tops = clast_arena_take(arena, MOST_SUBTREES, sizeof *b->tops);
+    b->ranges = clast_arena_take(arena, ranges, sizeof *b->ranges);
+    b->next_ranges = clast_arena_take(arena, ranges, sizeof *b->next_ranges);
+    b->tops = clast_arena_take(arena, ranges, sizeof *b->tops);
     b->costs = clast_arena_take(arena, nodes, sizeof *b->costs);
     b->shares = clast_arena_take(arena, nodes, sizeof *b->shares);
     b->roots = clast_arena_take(arena, b->count, sizeof *b->roots);

@@ -388,6 +388,16 @@ static void memory_that_is_not_aligned_is_refused(void **state)
     free(memory);
 }
 
+static void little_needs_little(void **state)
+{
+    (void)state;
+    assert_true(clast_blas_memory(2) < 4096 && clast_tlas_memory(2) < 4096);
+    for (size_t count = 1; count < 5000; count += count / 3 + 1) {
+        assert_true(clast_blas_memory(count) < 1024 * count);
+        assert_true(clast_blas_memory(count) < clast_blas_memory(count + count / 3 + 1));
+    }
+}
+
 static void sizes_are_told_of_what_can_be(void **state)
 {
     (void)state;
@@ -419,6 +429,7 @@ int main(void)
         cmocka_unit_test(more_than_the_reserve_is_taken_from_the_context),
         cmocka_unit_test(the_callers_memory_can_be_given_up),
         cmocka_unit_test(memory_that_is_not_aligned_is_refused),
+        cmocka_unit_test(little_needs_little),
         cmocka_unit_test(sizes_are_told_of_what_can_be),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
