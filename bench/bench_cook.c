@@ -294,7 +294,7 @@ static void measure_all(bench *b, const char *name, mesh m)
 {
     job j = {.shared = m, .apart = take_apart(&m)};
     j.remap = malloc((size_t)j.apart.vertex_count * sizeof *j.remap);
-    for (uint32_t threads = 1; threads <= 2; threads++) {
+    for (uint32_t threads = 1; threads <= 2 && bench_wants(b, name); threads++) {
         if (b->options.threads == 0 || threads == 1) {
             measure(b, &j, name, b->options.threads == 0 ? threads : b->options.threads);
         }
