@@ -51,9 +51,8 @@ static uint8_t side_of(const clast_template *t, uint32_t b, const float *vertice
     if (clast_box_is_empty(&box)) {
         return side == 0 ? 255 : 0;
     }
-    return side == 0
-               ? (uint8_t)box_quantise_down(box.lower.v[axis], clas->lower[axis], clas->exponents[axis])
-               : (uint8_t)box_quantise_up(box.upper.v[axis], clas->lower[axis], clas->exponents[axis]);
+    return side == 0 ? (uint8_t)box_quantise_down(box.lower.v[axis], clas->lower[axis], clas->exponents[axis])
+                     : (uint8_t)box_quantise_up(box.upper.v[axis], clas->lower[axis], clas->exponents[axis]);
 }
 
 static void assert_fits(const clast_clas_pool *pool, size_t slot)
@@ -87,23 +86,21 @@ typedef struct cluster {
     clast_template_desc desc;
 } cluster;
 
-static cluster make_cluster(randoms *r)
+static void make_cluster(randoms *r, cluster *c)
 {
-    cluster c;
     uint32_t most = random_below(r, 3) == 0 ? TEMPLATE_VERTICES : CLUSTER_VERTICES;
     uint32_t vertices = 1 + random_below(r, most), triangles = 1 + random_below(r, TEMPLATE_TRIANGLES);
     bool all_used = random_below(r, 8) != 0 && vertices <= 3 * triangles;
     for (uint32_t i = 0; i < 3 * triangles; i++) {
-        c.indices[i] = (uint8_t)(all_used && i < vertices ? i : random_below(r, vertices));
+        c->indices[i] = (uint8_t)(all_used && i < vertices ? i : random_below(r, vertices));
     }
-    c.vertices = malloc(12 * (size_t)vertices);
-    c.desc = (clast_template_desc){triangles, vertices, c.indices, NULL};
-    return c;
+    c->vertices = malloc(12 * (size_t)vertices);
+    c->desc = (clast_template_desc){triangles, vertices, c->indices, NULL};
 }
 
 static float special_float(randoms *r)
 {
-    static const float specials[] = {NAN,   INFINITY, -INFINITY, 0.0f, -0.0f,     1e-44f, 3e38f,
+    static const float specials[] = {NAN,    INFINITY, -INFINITY, 0.0f,   -0.0f,   1e-44f, 3e38f,
                                      -2e36f, 0x1p120f, -0x1p120f, 1e-38f, -1e-20f, 1.0f,   1e20f};
     return specials[random_below(r, sizeof specials / sizeof *specials)];
 }
@@ -148,7 +145,8 @@ static void check_random_clusters(clast_context *context)
     assert_ok(context, clast_clas_pool_create(set, &pool));
     randoms r = {11};
     for (int i = 0; i < ROUNDS; i++) {
-        cluster c = make_cluster(&r);
+        cluster c;
+        make_cluster(&r, &c);
         check_cluster(set, pool, &c, &r);
         free(c.vertices);
     }
