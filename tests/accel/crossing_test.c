@@ -122,7 +122,8 @@ static void rays_from_inside_cross_for_certain(void **state)
     placing p = identity();
     randoms r = {2};
     for (uint32_t i = 0; i < 20000; i++) {
-        shot a = aim(&s, &p, &r);
+        shot a;
+        aim(&s, &p, &r, &a, 1);
         double farthest = 0.0;
         if (a.is_inside) {
             assert_int_equal(surface_crossing(&s, &p, &a.ray, a.half_edge, &farthest), CROSSING_SURE);
@@ -175,7 +176,8 @@ static void holes_are_found(void **state)
     randoms r = {3};
     uint32_t leaks = 0, behind = 0;
     for (uint32_t i = 0; i < 50000; i++) {
-        shot a = aim(&s, &p, &r);
+        shot a;
+        aim(&s, &p, &r, &a, 1);
         clast_hit hit;
         double farthest = INFINITY;
         clast_trace_closest(tlas, &a.ray, 1, NULL, &hit);

@@ -15,7 +15,7 @@
 #include "base/isa.h"
 #include "base/thread.h"
 
-enum { SIZES = 5, CHUNK = 512, SAMPLED = 256, MODES = 4 };
+enum { SIZES = 5, CHUNK = 512, BUNDLE = 64, SAMPLED = 256, MODES = 4 };
 
 // A surface of some size, in some kind of clusters, and its trees.
 typedef struct variant {
@@ -309,8 +309,9 @@ static void trace_chunk(run *r, uint64_t chunk, size_t count)
     shot shots[CHUNK];
     outcome outcomes[CHUNK];
     uint64_t verdicts[3] = {0};
-    for (size_t i = 0; i < count; i++) {
-        shots[i] = aim(&v->s, &v->maps[map], &random);
+    size_t alike = mode % 2 == 1 && chunk / 7 % 2 == 0 ? BUNDLE : 1; // some batches are of rays that go together
+    for (size_t i = 0; i < count; i += alike) {
+        aim(&v->s, &v->maps[map], &random, shots + i, count - i < alike ? count - i : alike);
     }
     trace_batches(v->tlas[map], shots, count, mode >= 2, mode % 2 == 0 ? 1 : batches[chunk % 5], outcomes);
     for (size_t i = 0; i < count; i++) {

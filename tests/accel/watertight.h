@@ -117,7 +117,8 @@ typedef struct shot {
     bool is_inside; // begins inside the surface; else far outside
 } shot;
 
-shot aim(const surface *s, const placing *p, randoms *r);
+// Rays from one origin, at edges next to each other.
+void aim(const surface *s, const placing *p, randoms *r, shot *shots, size_t count);
 
 // ---------------------------------------------------------------------------------------------------------------- peer
 

@@ -87,16 +87,11 @@ static void to_world(const float map[3][4], const float p[3], float out[3])
     }
 }
 
-shot aim(const surface *s, const placing *p, randoms *r)
+// From one origin, through a point of an edge or next to it.
+static shot aim_from(const placing *p, randoms *r, uint32_t edge, const float at[3], const float from[3])
 {
-    float at[3], from[3], target[3];
-    shot a = {.half_edge = random_half_edge(s, r), .is_inside = random_below(r, 3) != 0, .ray.t_max = INFINITY};
-    edge_point(s, a.half_edge, r, at);
-    if (a.is_inside) {
-        inside_point(s, at, r, from);
-    } else {
-        outside_point(s, at, r, from);
-    }
+    float target[3];
+    shot a = {.half_edge = edge, .ray.t_max = INFINITY};
     to_world(p->to_world, at, target);
     to_world(p->to_world, from, a.ray.origin);
     for (int axis = 0; axis < 3; axis++) {
@@ -106,4 +101,30 @@ shot aim(const surface *s, const placing *p, randoms *r)
         nudge3(a.ray.direction, r);
     }
     return a;
+}
+
+// Another edge of the same face or of one beside it.
+static uint32_t next_edge(const surface *s, uint32_t edge, randoms *r)
+{
+    uint32_t turned = edge / 3 * 3 + (edge + 1 + random_below(r, 2)) % 3;
+    return random_below(r, 2) == 0 ? turned : s->opposite[turned];
+}
+
+void aim(const surface *s, const placing *p, randoms *r, shot *shots, size_t count)
+{
+    bool is_inside = random_below(r, 3) != 0;
+    uint32_t edge = random_half_edge(s, r);
+    float at[3], from[3];
+    edge_point(s, edge, r, at);
+    if (is_inside) {
+        inside_point(s, at, r, from);
+    } else {
+        outside_point(s, at, r, from);
+    }
+    for (size_t i = 0; i < count; i++) {
+        shots[i] = aim_from(p, r, edge, at, from);
+        shots[i].is_inside = is_inside;
+        edge = next_edge(s, edge, r);
+        edge_point(s, edge, r, at);
+    }
 }
