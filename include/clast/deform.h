@@ -31,8 +31,8 @@ typedef struct clast_deforming_mesh_desc {
     size_t position_count;   /**< at most 2^32 - 2 */
     const uint32_t *indices; /**< 3 for each triangle, each below position_count; equal positions should share one */
     size_t triangle_count;   /**< at most 2^32 - 2 */
-    /** Triangles that updates may cut anew, on average; they are cut in pieces of up to 2048, so an update may have to
-     *  wait until there is budget enough for one. 0 is a fiftieth of all, and 1024 at least: with it, an update of a
+    /** Triangles that updates may cut anew, on average; they are cut in pieces of up to 1024, so an update may have to
+     *  wait until there is budget enough for one. 0 is a fiftieth of all, and 1024 at least. With that, an update of a
      *  large mesh takes up to about twice as long as an unwatched one. Rays are the faster the more there is. */
     uint32_t watch_budget;
     bool unwatched; /**< only fit boxes: rays get slower as the mesh bends */
@@ -40,7 +40,7 @@ typedef struct clast_deforming_mesh_desc {
 
 /** What an update did beside fitting boxes. */
 typedef struct clast_deforming_mesh_statistics {
-    /** Triangles that were dealt among their clusters anew: at most the budget, or 2048 where that is more. */
+    /** Triangles that were dealt among their clusters anew: at most the budget, or 1024 where that is more. */
     uint32_t cut_triangles;
     /** Clusters that changed so. What was dealt in vain stays as it was. */
     uint32_t changed_clusters;

@@ -3,7 +3,7 @@
 // tree.
 //
 // Clusters have fixed room each, so that their triangles can be dealt anew among them without moving anything else.
-// They are watched in pieces: parts of the tree of up to sixteen clusters. What a piece costs is what a random ray is
+// They are watched in pieces: parts of the tree of up to eight clusters. What a piece costs is what a random ray is
 // expected to test there, by the surface area heuristic: areas of the clusters' boxes and of their blocks' boxes. A
 // piece in good order costs about so many times the area of its own box as in the beginning; what it costs beyond is
 // what cutting it anew may save, and the pieces that may save most are cut first.
@@ -14,7 +14,7 @@
 #include "clast/deform.h"
 
 enum {
-    PIECE_CLUSTERS = 16,
+    PIECE_CLUSTERS = 8,
     PIECE_TRIANGLES = PIECE_CLUSTERS * CLUSTER_TRIANGLES,
     PIECE_VERTICES = PIECE_CLUSTERS * CLUSTER_VERTICES,
     CLUSTER_BLOCKS = CLUSTER_TRIANGLES / BLOCK_TRIANGLES,

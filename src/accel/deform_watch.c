@@ -313,7 +313,7 @@ static void add_items(clast_deforming_mesh *mesh, uint32_t child, uint32_t *foun
     }
 }
 
-// Cuts the tree into pieces: children that follow each other, as many as make no more than sixteen clusters.
+// Cuts the tree into pieces: children that follow each other, as many as make no more than eight clusters.
 static void find_pieces(clast_deforming_mesh *mesh)
 {
     const clast_tree *tree = &mesh->blas->tree;
