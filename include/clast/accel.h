@@ -52,7 +52,7 @@ typedef struct clast_hit {
     uint32_t instance; /**< clast_tlas_instance.id */
     uint32_t cluster;  /**< slot in the instance's BLAS's pool */
     uint32_t triangle; /**< triangle of the template, in the order in which it was given */
-    uint32_t steps;    /**< tree nodes visited */
+    uint32_t steps;    /**< tree nodes visited: those of all rays that went together, where rays of a batch did */
 } clast_hit;
 
 /** Decides whether a hit counts (alpha). Called for candidates in no particular order, from the tracing thread; must give

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays, by the kernels of the context's instruction set.
-#include "accel/structures.h"
+#include "accel/batch.h"
 
 #define KERNELS(set) \
     { \
@@ -30,18 +30,48 @@ const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa)
     return &plain;
 }
 
+static clast_batch_kernel batch_kernel_of(clast_isa isa)
+{
+#if defined(__x86_64__)
+    if (isa == CLAST_ISA_AVX512) {
+        return clast_batch_avx512;
+    }
+    if (isa == CLAST_ISA_AVX2) {
+        return clast_batch_avx2;
+    }
+    if (isa == CLAST_ISA_SSE42) {
+        return clast_batch_sse42;
+    }
+#else
+    (void)isa;
+#endif
+    return clast_batch_plain;
+}
+
 void clast_trace_closest(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
                          clast_hit *hits)
 {
-    if (tlas != NULL && rays != NULL && hits != NULL) {
-        clast_accel_kernels_of(clast_context_isa(tlas->context))->closest(tlas, rays, count, filter, hits);
+    if (tlas == NULL || rays == NULL || hits == NULL) {
+        return;
+    }
+    clast_isa isa = clast_context_isa(tlas->context);
+    if (count < BATCH_LEAST) {
+        clast_accel_kernels_of(isa)->closest(tlas, rays, count, filter, hits);
+    } else {
+        batch_kernel_of(isa)(&(clast_batch){.tlas = tlas, .rays = rays, .filter = filter, .hits = hits}, count);
     }
 }
 
 void clast_trace_any(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,
                      uint8_t *occluded)
 {
-    if (tlas != NULL && rays != NULL && occluded != NULL) {
-        clast_accel_kernels_of(clast_context_isa(tlas->context))->any(tlas, rays, count, filter, occluded);
+    if (tlas == NULL || rays == NULL || occluded == NULL) {
+        return;
+    }
+    clast_isa isa = clast_context_isa(tlas->context);
+    if (count < BATCH_LEAST) {
+        clast_accel_kernels_of(isa)->any(tlas, rays, count, filter, occluded);
+    } else {
+        batch_kernel_of(isa)(&(clast_batch){.tlas = tlas, .rays = rays, .filter = filter, .occluded = occluded}, count);
     }
 }

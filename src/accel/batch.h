@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Batches of rays: what the kernels for many rays at once are called with, and what they promise. Their hits are those
+// of single rays, to the bit.
+//
+//   packet.kernel.c  64 rays that are alike go through the trees as one beam; 16 or 8 of them meet a triangle at once
+//   stream.kernel.c  rays that have nothing in common take turns, so that each waits for memory while others compute
+//   batch.kernel.c   parts a batch between the two
+#ifndef CLAST_ACCEL_BATCH_H
+#define CLAST_ACCEL_BATCH_H
+
+#include "accel/structures.h"
+
+enum {
+    BATCH_LEAST = 8,    // rays: fewer go one by one
+    BATCH_WINDOW = 512, // rays that are parted together
+    PACKET_RAYS = 64,
+};
+
+typedef struct clast_batch {
+    const clast_tlas *tlas;
+    const clast_ray *rays;
+    const clast_hit_filter *filter;
+    clast_hit *hits;   // for the nearest hits
+    uint8_t *occluded; // for any hits, where `hits` is null
+} clast_batch;
+
+// What a packet cost.
+typedef struct clast_packet_work {
+    uint32_t steps, blocks;
+} clast_packet_work;
+
+typedef void (*clast_batch_kernel)(const clast_batch *batch, size_t count);
+
+// At most PACKET_RAYS rays of a batch; any number of rays, for the nearest hits; all rays.
+#define CLAST_DECLARE_BATCH_KERNELS(set) \
+    clast_packet_work clast_packet_##set(const clast_batch *batch, const uint32_t *numbers, uint32_t count); \
+    void clast_stream_##set(const clast_batch *batch, const uint32_t *numbers, uint32_t count); \
+    void clast_batch_##set(const clast_batch *batch, size_t count);
+CLAST_DECLARE_BATCH_KERNELS(plain)
+CLAST_DECLARE_BATCH_KERNELS(sse42)
+CLAST_DECLARE_BATCH_KERNELS(avx2)
+CLAST_DECLARE_BATCH_KERNELS(avx512)
+
+#endif
