@@ -46,7 +46,7 @@ static inline lanes_box steering_box(const float *positions, const uint32_t *cor
 
 // Triangles that are neighbours in space lie apart in memory: asks for one that is needed later, and for the corners of
 // one that was asked for and is needed soon.
-enum { CELLS_LATER = 24, CELLS_SOON = 12 };
+enum { CELLS_LATER = 64, CELLS_SOON = 32 };
 CLAST_FETCHES void cells_prefetch(const clast_clusterize_desc *desc, uint32_t later, uint32_t soon)
 {
     __builtin_prefetch(desc->indices + 3 * (size_t)later);
