@@ -478,6 +478,7 @@ int main(int count, char **arguments)
 #undef ENTRY
     };
     options o;
+    setvbuf(stdout, NULL, _IOLBF, 0); // long runs are watched
     if (!read_options(count, arguments, &o)) {
         fprintf(stderr, "usage: watertight [--rays N] [--seed S] [--isa NAME|all] [--threads T] [--peer embree]\n"
                         "                  [--meshes made|models|all]\n");
