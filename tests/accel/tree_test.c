@@ -202,7 +202,8 @@ static void threads_do_not_change_a_tree(void **state)
         clast_context *contexts[3];
         clast_tree trees[3];
         for (int i = 0; i < 3; i++) {
-            assert_int_equal(clast_context_create(&(clast_context_desc){.threads = threads[i]}, &contexts[i]), CLAST_OK);
+            assert_int_equal(clast_context_create(&(clast_context_desc){.threads = threads[i]}, &contexts[i]),
+                             CLAST_OK);
             trees[i] = build(contexts[i], boxes, NULL, count, (clast_build)how);
             assert_int_equal(trees[i].node_count, trees[0].node_count);
             assert_memory_equal(trees[i].nodes, trees[0].nodes, trees[0].node_count * sizeof(clast_node));
@@ -311,10 +312,8 @@ static void both_ways_to_build_give_the_same_hits(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        CONTEXT_TEST(every_item_is_in_the_tree_once),
-        CONTEXT_TEST(some_items_can_be_picked),
-        cmocka_unit_test(threads_do_not_change_a_tree),
-        cmocka_unit_test(every_instruction_set_fits_nodes_alike),
+        CONTEXT_TEST(every_item_is_in_the_tree_once),        CONTEXT_TEST(some_items_can_be_picked),
+        cmocka_unit_test(threads_do_not_change_a_tree),      cmocka_unit_test(every_instruction_set_fits_nodes_alike),
         CONTEXT_TEST(both_ways_to_build_give_the_same_hits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
