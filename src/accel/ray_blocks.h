@@ -51,10 +51,23 @@ CLAST_LANES void prefetch_vertices(const clast_clas *clas)
     }
 }
 
+// Which blocks are met is known some fifty cycles after the cluster arrives: till then, all of them are on their way.
+CLAST_LANES void prefetch_blocks(const clast_clas *clas)
+{
+    const clast_block *blocks = clast_clas_topology(clas)->blocks;
+    for (uint32_t i = 0; i < clas->block_count; i += 8) {
+        __builtin_prefetch(&blocks[i]);
+        __builtin_prefetch(&blocks[i + 2]);
+        __builtin_prefetch(&blocks[i + 4]);
+        __builtin_prefetch(&blocks[i + 6]);
+    }
+}
+
 // The blocks of a cluster whose boxes the ray meets, the nearest of a group first. Gives true where the search is over.
 CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const clast_clas *clas)
 {
     const clast_block *blocks = clast_clas_topology(clas)->blocks;
+    prefetch_blocks(clas);
     grid g = make_grid(s, clas->lower);
     for (uint32_t first = 0; first < clas->block_count; first += CLUSTER_WIDTH) {
         block_hits hits = test_group(s, &g, clas, first, w->limit);
@@ -81,6 +94,7 @@ CLAST_LANES bool test_cluster(traversal *w, const space *s, uint32_t slot, const
 CLAST_LANES bool test_cluster_any(traversal *w, const space *s, uint32_t slot, const clast_clas *clas)
 {
     const clast_block *blocks = clast_clas_topology(clas)->blocks;
+    prefetch_blocks(clas);
     grid g = make_grid(s, clas->lower);
     for (uint32_t first = 0; first < clas->block_count; first += CLUSTER_WIDTH) {
         const uint8_t *sides = clas->groups[first / CLUSTER_WIDTH][0][0];
