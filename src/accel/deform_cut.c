@@ -400,6 +400,27 @@ static uint32_t most_triangles(const clast_piece_cutter *c, const cut_job *job)
     return 2 * c->vertex_count > 3 * c->triangle_count ? most : CLUSTER_TRIANGLES;
 }
 
+typedef enum outcome { CUT_BETTER, CUT_NO_BETTER, CUT_CROWDED } outcome;
+
+// Deals the triangles, at most so many to each cluster, and builds the clusters. Crowded: one has too many vertices.
+static outcome try_cut(clast_piece_cutter *c, const cut_job *job, uint32_t most, uint64_t before)
+{
+    sorted_boxes sorted = SORTED_IN(&c->room);
+    uint64_t after = 0;
+    deal(c, &sorted, job->count, most);
+    for (uint32_t i = 0; i < job->count; i++) {
+        uint16_t ordered[CLUSTER_TRIANGLES];
+        clast_boxes_order_blocks(&sorted, c->clusters[i].begin, c->clusters[i].count, ordered);
+        if (!build_cluster(c, i, ordered, job->mesh->vertex_stride, &after)) {
+            return CUT_CROWDED;
+        }
+        if (after * KEPT_DENOMINATOR >= before * KEPT_NUMERATOR) {
+            return CUT_NO_BETTER;
+        }
+    }
+    return CUT_BETTER;
+}
+
 bool clast_deform_cut(clast_deforming_mesh *mesh, clast_piece_cutter *c, const clast_piece *piece,
                       const float *positions)
 {
@@ -408,17 +429,15 @@ bool clast_deform_cut(clast_deforming_mesh *mesh, clast_piece_cutter *c, const c
         return false;
     }
     load_vertices(c, &job);
-    uint64_t before = load_triangles(c, &job), after = 0;
-    sorted_boxes sorted = SORTED_IN(&c->room);
-    deal(c, &sorted, job.count, most_triangles(c, &job));
-    for (uint32_t i = 0; i < job.count; i++) {
-        uint16_t ordered[CLUSTER_TRIANGLES];
-        clast_boxes_order_blocks(&sorted, c->clusters[i].begin, c->clusters[i].count, ordered);
-        if (!build_cluster(c, i, ordered, mesh->vertex_stride, &after) ||
-            after * KEPT_DENOMINATOR >= before * KEPT_NUMERATOR) {
-            return false;
-        }
+    uint64_t before = load_triangles(c, &job);
+    outcome came = try_cut(c, &job, most_triangles(c, &job), before);
+    if (came == CUT_CROWDED) { // dealt evenly, the fullest has fewer vertices
+        uint32_t even = clusters_for(c->triangle_count, job.count) + BLOCK_TRIANGLES / 2;
+        memset(c->seen, 0, c->vertex_count * sizeof c->seen[0]);
+        came = try_cut(c, &job, even < CLUSTER_TRIANGLES ? even : CLUSTER_TRIANGLES, before);
     }
-    keep(c, &job);
-    return true;
+    if (came == CUT_BETTER) {
+        keep(c, &job);
+    }
+    return came == CUT_BETTER;
 }
