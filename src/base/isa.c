@@ -6,9 +6,8 @@ clast_isa clast_isa_best(void)
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_cpu_init();
     // Each asks the system, too, whether it keeps the registers.
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-        __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vbmi") && __builtin_cpu_supports("bmi2")) {
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vbmi") && __builtin_cpu_supports("bmi2")) {
         return CLAST_ISA_AVX512;
     }
     if (__builtin_cpu_supports("avx2")) {
