@@ -502,6 +502,14 @@ CLAST_LANES void scale_edges(lanes edge[3])
     }
 }
 
+CLAST_LANES void cross_each(const lanes edges[2][3], lanes normal[3])
+{
+    for (int axis = 0; axis < 3; axis++) {
+        int y = (axis + 1) % 3, z = (axis + 2) % 3;
+        normal[axis] = edges[0][y] * edges[1][z] - edges[0][z] * edges[1][y];
+    }
+}
+
 // The normals of a part's triangles, as if all were of one placement.
 CLAST_LANES void find_normals(const packet *p, int part, const clast_placement *placement, lanes normal[3])
 {
@@ -513,11 +521,20 @@ CLAST_LANES void find_normals(const packet *p, int part, const clast_placement *
         } else {
             apply_each(placement->to_world, own, edges[edge]);
         }
-        scale_edges(edges[edge]);
+    }
+    cross_each((const lanes(*)[3])edges, normal);
+    lanes largest = largest_of_three(normal);
+    lane_mask usual = is_at_most(splat(NORMAL_LEAST), largest) & is_at_most(largest, splat(NORMAL_MOST));
+    if ((~mask_bits(usual) & ((1u << LANES) - 1u)) != 0) { // as store_hit (ray_hits.h) has it
+        lanes scaled[3];
+        scale_edges(edges[0]);
+        scale_edges(edges[1]);
+        cross_each((const lanes(*)[3])edges, scaled);
+        for (int axis = 0; axis < 3; axis++) {
+            normal[axis] = pick(usual, normal[axis], scaled[axis]);
+        }
     }
     for (int axis = 0; axis < 3; axis++) {
-        int y = (axis + 1) % 3, z = (axis + 2) % 3;
-        normal[axis] = edges[0][y] * edges[1][z] - edges[0][z] * edges[1][y];
         normal[axis] = placement->mirrored ? -normal[axis] : normal[axis];
     }
 }
