@@ -72,14 +72,16 @@ static void trace_tile(const clast_frame *frame, clast_render_target *target, cl
     uint32_t count = tile.width * tile.height;
     clast_camera_ray rays[CLAST_TILE_PIXELS];
     for (uint32_t i = 0; i < count; i++) {
-        rays[i] = clast_primary_ray(frame, target, tile.x + i % tile.width, tile.y + i / tile.width);
+        clast_pixel_place at = clast_tile_pixel(tile, i);
+        rays[i] = clast_primary_ray(frame, target, at.x, at.y);
         scratch->rays[i] = clast_ray_of(rays[i]);
     }
     clast_hit_filter filter = {clast_alpha_accepts_by_chance, (void *)frame};
     clast_trace_closest(frame->tlas, scratch->rays, count, &filter, scratch->hits);
     for (uint32_t i = 0; i < count; i++) {
         look_through_backs(frame, &filter, scratch->rays[i], &scratch->hits[i]);
-        size_t pixel = (size_t)(tile.y + i / tile.width) * target->width + tile.x + i % tile.width;
+        clast_pixel_place at = clast_tile_pixel(tile, i);
+        size_t pixel = (size_t)at.y * target->width + at.x;
         clast_visibility seen = clast_visibility_of_hit(&scratch->hits[i]);
         target->visibility[pixel] = seen;
         if (target->sample == 0 && target->sums[CLAST_VIEW_DEPTH] != NULL) {

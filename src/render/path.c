@@ -295,14 +295,14 @@ static void begin_paths(tile_job *job, clast_tile tile)
 {
     clast_render_target *target = job->target;
     for (uint32_t i = 0; i < tile.width * tile.height; i++) {
-        uint32_t x = tile.x + i % tile.width, y = tile.y + i / tile.width;
-        uint32_t pixel = y * target->width + x;
+        clast_pixel_place at = clast_tile_pixel(tile, i);
+        uint32_t pixel = at.y * target->width + at.x;
         job->scratch->paths[i] = (clast_path){
             .throughput = splat3(1.0f),
             .radiance = splat3(0.0f),
-            .direction = load3(clast_primary_ray(job->frame, target, x, y).direction),
+            .direction = load3(clast_primary_ray(job->frame, target, at.x, at.y).direction),
             .pixel = pixel,
-            .seed = pixel_seed(target, x, y),
+            .seed = pixel_seed(target, at.x, at.y),
         };
         job->scratch->seen[i] = target->visibility[pixel];
     }

@@ -45,6 +45,23 @@ typedef struct clast_tile {
     uint32_t x, y, width, height;
 } clast_tile;
 
+typedef struct clast_pixel_place {
+    uint32_t x, y;
+} clast_pixel_place;
+
+// The pixel that is a tile's i-th: squares of 64 pixels one after the other, as rays that follow each other and are alike are
+// traced together. Tiles at the picture's edges go row by row.
+static inline clast_pixel_place clast_tile_pixel(clast_tile tile, uint32_t i)
+{
+    enum { SIDE = 8, SQUARE = SIDE * SIDE };
+    if (tile.width % SIDE != 0 || tile.height % SIDE != 0) {
+        return (clast_pixel_place){tile.x + i % tile.width, tile.y + i / tile.width};
+    }
+    uint32_t square = i / SQUARE, across = tile.width / SIDE;
+    return (clast_pixel_place){tile.x + square % across * SIDE + i % SIDE,
+                               tile.y + square / across * SIDE + i % SQUARE / SIDE};
+}
+
 // The ray of a pixel's sample under way.
 clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, uint32_t x, uint32_t y);
 clast_ray clast_ray_of(clast_camera_ray ray);
