@@ -11,6 +11,9 @@
 #include "accel/structures.h"
 
 enum {
+    // Clusters, or instances, from which on a stream pays: of fewer, near caches hold so much that waiting is short, and taking turns
+    // costs more.
+    STREAM_CLUSTERS = 1 << 14,
     BATCH_LEAST = 8,    // rays: fewer go one by one
     BATCH_WINDOW = 512, // rays that are parted together
     PACKET_RAYS = 64,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts a batch: runs of rays that are alike become packets, the others a stream. The parting costs little and need not
-// be right, as it changes no hits.
+// Parts a batch: runs of rays that are alike become packets; the others take turns in a stream where the trees are large, and go
+// one by one where they are not. The parting costs little and need not be right, as it changes no hits.
 #include <math.h>
 
 #include "accel/batch.h"
@@ -11,6 +11,7 @@ enum {
     // Work of a packet for each of its rays, beyond which rays alone are faster. All instruction sets must count alike.
     WORK_BLOCK = 2, // steps of the tree
     WORK_MOST = 12,
+    STREAM_INSTANCES = 16, // that are looked at
 };
 
 #define ALIKE_DIRECTION 0.15f  // between two rays of a run, where the largest component is one
@@ -52,8 +53,20 @@ static float size_of(const clast_tlas *tlas)
     return fmaxf(upper[0] - lower[0], fmaxf(upper[1] - lower[1], upper[2] - lower[2]));
 }
 
+// Whether unlike rays take turns, so that each fetches while others work.
+static bool takes_turns(const clast_batch *batch)
+{
+    const clast_tlas *tlas = batch->tlas;
+    bool is_large = tlas->placement_count >= STREAM_CLUSTERS;
+    for (size_t i = 0; i < tlas->placement_count && i < STREAM_INSTANCES; i++) {
+        const clast_blas *blas = tlas->placements[i].blas;
+        is_large |= blas != NULL && blas->pool->count >= STREAM_CLUSTERS;
+    }
+    return is_large && batch->hits != NULL; // a search for any hit ends early
+}
+
 // Rays first to first + count of the batch.
-static void trace_window(const clast_batch *batch, size_t first, uint32_t count, float alike)
+static void trace_window(const clast_batch *batch, size_t first, uint32_t count, float alike, bool turns)
 {
     const clast_batch part = {
         .tlas = batch->tlas,
@@ -76,20 +89,26 @@ static void trace_window(const clast_batch *batch, size_t first, uint32_t count,
             others += run;
         }
     }
-    if (part.hits != NULL) {
+    if (turns) {
         CLAST_KERNEL(clast_stream)(&part, numbers, others);
+        return;
     }
-    for (uint32_t i = 0; i < others && part.hits == NULL;
-         i++) { // which end early: taking turns would cost more than it saves
-        CLAST_KERNEL(clast_any)(part.tlas, &part.rays[numbers[i]], 1, part.filter, &part.occluded[numbers[i]]);
+    for (uint32_t i = 0; i < others; i++) {
+        const clast_ray *ray = &part.rays[numbers[i]];
+        if (part.hits != NULL) {
+            CLAST_KERNEL(clast_closest)(part.tlas, ray, 1, part.filter, &part.hits[numbers[i]]);
+        } else {
+            CLAST_KERNEL(clast_any)(part.tlas, ray, 1, part.filter, &part.occluded[numbers[i]]);
+        }
     }
 }
 
 void CLAST_KERNEL(clast_batch)(const clast_batch *batch, size_t count)
 {
     float alike = size_of(batch->tlas) * ALIKE_ORIGIN;
+    bool turns = takes_turns(batch);
     for (size_t first = 0; first < count; first += BATCH_WINDOW) {
         size_t left = count - first;
-        trace_window(batch, first, left < BATCH_WINDOW ? (uint32_t)left : BATCH_WINDOW, alike);
+        trace_window(batch, first, left < BATCH_WINDOW ? (uint32_t)left : BATCH_WINDOW, alike, turns);
     }
 }
