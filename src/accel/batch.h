@@ -17,6 +17,10 @@ enum {
     BATCH_LEAST = 8,    // rays: fewer go one by one
     BATCH_WINDOW = 512, // rays that are parted together
     PACKET_RAYS = 64,
+    // Work of a packet for each of its rays, beyond which rays alone are faster. All instruction sets count alike.
+    PACKET_WORK_MOST = 12, // steps of the tree
+    PACKET_WORK_BLOCK = 2,
+    PACKET_WORK_INSTANCE = 8,
 };
 
 typedef struct clast_batch {
@@ -27,16 +31,12 @@ typedef struct clast_batch {
     uint8_t *occluded; // for any hits, where `hits` is null
 } clast_batch;
 
-// What a packet cost.
-typedef struct clast_packet_work {
-    uint32_t steps, blocks;
-} clast_packet_work;
-
 typedef void (*clast_batch_kernel)(const clast_batch *batch, size_t count);
 
-// At most PACKET_RAYS rays of a batch; any number of rays, for the nearest hits; all rays.
+// At most PACKET_RAYS rays of a batch (false: they were too unlike, and went one by one in the end); any number of rays, for the
+// nearest hits; all rays.
 #define CLAST_DECLARE_BATCH_KERNELS(set) \
-    clast_packet_work clast_packet_##set(const clast_batch *batch, const uint32_t *numbers, uint32_t count); \
+    bool clast_packet_##set(const clast_batch *batch, const uint32_t *numbers, uint32_t count); \
     void clast_stream_##set(const clast_batch *batch, const uint32_t *numbers, uint32_t count); \
     void clast_batch_##set(const clast_batch *batch, size_t count);
 CLAST_DECLARE_BATCH_KERNELS(plain)

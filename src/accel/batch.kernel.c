@@ -6,11 +6,8 @@
 #include "accel/batch.h"
 
 enum {
-    PACKET_LEAST = 16, // rays: fewer are not worth a packet
-    SAMPLES = 8,       // of a run, that are looked at
-    // Work of a packet for each of its rays, beyond which rays alone are faster. All instruction sets must count alike.
-    WORK_BLOCK = 2, // steps of the tree
-    WORK_MOST = 12,
+    PACKET_LEAST = 16,     // rays: fewer are not worth a packet
+    SAMPLES = 8,           // of a run, that are looked at
     STREAM_INSTANCES = 16, // that are looked at
 };
 
@@ -39,11 +36,6 @@ static bool is_run_alike(const clast_ray *rays, uint32_t count, float size)
         }
     }
     return true;
-}
-
-static bool was_worth_it(clast_packet_work work, uint32_t count)
-{
-    return work.steps + work.blocks * WORK_BLOCK <= count * WORK_MOST;
 }
 
 static float size_of(const clast_tlas *tlas)
@@ -84,7 +76,7 @@ static void trace_window(const clast_batch *batch, size_t first, uint32_t count,
             those[k] = i + k;
         }
         if (packets && run >= PACKET_LEAST && is_run_alike(part.rays + i, run, alike)) {
-            packets = was_worth_it(CLAST_KERNEL(clast_packet)(&part, those, run), run);
+            packets = CLAST_KERNEL(clast_packet)(&part, those, run);
         } else {
             others += run;
         }

@@ -10,6 +10,18 @@
 
 // --------------------------------------------------------------------------------------------------------------- trees
 
+CLAST_LANES void count_step(packet *p)
+{
+    p->steps++;
+    p->work++;
+}
+
+// A beam that is wide beside the triangles meets far more of them than its rays do: it is given up, whatever it has found.
+CLAST_LANES bool is_too_much(const packet *p)
+{
+    return p->work > p->work_most;
+}
+
 typedef struct waiting {
     float near;
     uint32_t child;
@@ -99,12 +111,12 @@ static void traverse_packet_blas(packet *p, const clast_blas *blas)
     waiting_stack stack;
     stack.height = 1;
     stack.entries[0] = (waiting){-INFINITY, 0};
-    while (stack.height > 0) {
+    while (stack.height > 0 && !is_too_much(p)) {
         waiting next = stack.entries[--stack.height];
         if (next.near > p->beam.all.farthest) {
             continue;
         }
-        p->work.steps++;
+        count_step(p);
         uint32_t slot = next.child & ~CLAST_CHILD_ITEM;
         if (slot != next.child) {
             if (test_packet_cluster(p, slot, clast_pool_slot(blas->pool, slot))) {
@@ -275,6 +287,7 @@ static uint64_t trace_placement(packet *p, uint32_t number, uint64_t rays)
     if (placement->blas == NULL) {
         return rays;
     }
+    p->work += PACKET_WORK_INSTANCE;
     view views[PARTS];
     lane_ints axes[PARTS];
     uint64_t left = 0, strange = 0;
@@ -297,7 +310,7 @@ static uint64_t trace_placement(packet *p, uint32_t number, uint64_t rays)
     p->here = number;
     p->filter = placement->filtered ? p->batch->filter : NULL;
     uint64_t searching = rays & ~strange;
-    while (left != 0) {
+    while (left != 0 && !is_too_much(p)) {
         int32_t axis;
         uint64_t group = rays_of_one_axis(axes, left, &axis);
         trace_group(p, placement->blas, views, group, axis, reach * PAD_OBJECT);
@@ -353,7 +366,7 @@ static void trace_world_group(packet *p, uint64_t group, int32_t axis)
     waiting_stack stack;
     stack.height = 1;
     stack.entries[0] = (waiting){-INFINITY, 0};
-    while (stack.height > 0 && group != 0) {
+    while (stack.height > 0 && group != 0 && !is_too_much(p)) {
         waiting next = stack.entries[--stack.height];
         if (next.near > world.beam.all.farthest) {
             continue;
@@ -363,7 +376,7 @@ static void trace_world_group(packet *p, uint64_t group, int32_t axis)
             return_to_world(p, &world, group);
             continue;
         }
-        p->work.steps++;
+        count_step(p);
         const clast_node *node = &tlas->tree.nodes[next.child];
         beam_hits hits = test_beam(&world.beam, node->lower, node->boxes[0][0], TREE_WIDTH, node->child_count);
         push_hits(&stack, stack.height, node->children, &hits);
@@ -481,7 +494,7 @@ static void trace_packet(packet *p, uint64_t rays)
         lanes d[3] = {p->direction[0][part], p->direction[1][part], p->direction[2][part]};
         axes[part] = main_axis_of(d);
     }
-    while (rays != 0) {
+    while (rays != 0 && !is_too_much(p)) {
         int32_t axis;
         uint64_t group = rays_of_one_axis(axes, rays, &axis);
         trace_world_group(p, group, axis);
@@ -583,7 +596,7 @@ static void store_part(const packet *p, int part, uint32_t count)
             clast_hit *hit = &p->batch->hits[p->numbers[(uint32_t)part * LANES + i]];
             memcpy(hit, &rows[i - first], sizeof rows[0]);
             hit->triangle = (uint32_t)p->triangle[part][i];
-            hit->steps = p->work.steps;
+            hit->steps = p->steps;
         }
     }
 }
@@ -615,15 +628,21 @@ static void trace_alone(const packet *p)
 }
 
 // At most PACKET_RAYS rays, by their numbers.
-clast_packet_work CLAST_KERNEL(clast_packet)(const clast_batch *batch, const uint32_t *numbers, uint32_t count)
+bool CLAST_KERNEL(clast_packet)(const clast_batch *batch, const uint32_t *numbers, uint32_t count)
 {
     packet p;
     p.batch = batch;
     p.numbers = numbers;
     p.any = batch->hits == NULL;
-    p.work = (clast_packet_work){0};
+    p.steps = p.work = 0;
+    p.work_most = count * PACKET_WORK_MOST;
     trace_packet(&p, begin_packet(&p, count));
-    store_packet(&p, count);
+    bool is_whole = !is_too_much(&p);
+    if (is_whole) {
+        store_packet(&p, count);
+    } else {
+        p.restart = count < PACKET_RAYS ? (1ull << count) - 1u : ~0ull;
+    }
     trace_alone(&p);
-    return p.work;
+    return is_whole;
 }

@@ -261,7 +261,7 @@ static uint64_t test_packet_block(packet *p, uint32_t slot, const clast_clas *cl
             corners.of[corner][k] = component_of(&v[corner], b->axes[k]) - splat8(b->reference[b->axes[k]]);
         }
     }
-    p->work.blocks++;
+    p->work += PACKET_WORK_BLOCK;
     uint32_t triangles[PARTS], those = triangles_that_count(&corners, block), met = 0;
     for (int part = 0; part < PARTS; part++) {
         bool searches = part_bits(p->active, part) != 0;

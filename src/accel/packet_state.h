@@ -61,8 +61,8 @@ typedef struct packet {
     uint32_t here; // the placement's number
     const clast_batch *batch;
     const uint32_t *numbers;
-    const clast_hit_filter *filter; // in this instance
-    clast_packet_work work;
+    const clast_hit_filter *filter;  // in this instance
+    uint32_t steps, work, work_most; // so far, and how much it is worth
 } packet;
 
 CLAST_LANES uint32_t part_bits(uint64_t bits, int part)
