@@ -10,16 +10,6 @@
 #include <meshoptimizer.h>
 #endif
 
-typedef struct randoms {
-    uint64_t state;
-} randoms;
-
-static uint32_t random_bits(randoms *r)
-{
-    r->state = r->state * 6364136223846793005u + 1442695040888963407u;
-    return (uint32_t)(r->state >> 33);
-}
-
 static const char *decode(clast_meshopt_stream stream, const unsigned char *bytes, size_t size, void *decoded)
 {
     // A copy of exactly that length, so that a sanitizer sees what is read beyond it.
@@ -33,6 +23,16 @@ static const char *decode(clast_meshopt_stream stream, const unsigned char *byte
 // --------------------------------------------------------------------------------------------------------- by the peer
 
 #ifdef CLAST_TESTS_WITH_MESHOPTIMIZER
+
+typedef struct randoms {
+    uint64_t state;
+} randoms;
+
+static uint32_t random_bits(randoms *r)
+{
+    r->state = r->state * 6364136223846793005u + 1442695040888963407u;
+    return (uint32_t)(r->state >> 33);
+}
 
 // Cuts a stream at every length and turns its bits: whatever comes, nothing outside is touched.
 static void break_stream(clast_meshopt_stream stream, unsigned char *bytes, size_t size, unsigned char *decoded)
