@@ -39,14 +39,6 @@ CLAST_LANES float two_to(int exponent)
     return power_of_two((uint)(exponent + 127));
 }
 
-// x * 2^exponent; exponents beyond what changes a float are cut.
-CLAST_LANES float scale_by(float x, int exponent)
-{
-    exponent = exponent < -252 ? -252 : exponent > 252 ? 252 : exponent;
-    int half = exponent / 2;
-    return x * two_to(half) * two_to(exponent - half);
-}
-
 // The exponent of a positive finite number: x is in [2^e, 2^(e + 1)).
 CLAST_LANES int exponent_of(float x)
 {
@@ -55,13 +47,6 @@ CLAST_LANES int exponent_of(float x)
         return (int)(floatBitsToUint(x * 0x1p64f) >> 23) - 127 - 64;
     }
     return (int)biased - 127;
-}
-
-CLAST_LANES float largest_of(const float v[3])
-{
-    float x = fabsf(v[0]), y = fabsf(v[1]), z = fabsf(v[2]);
-    float most = x > y ? x : y;
-    return most > z ? most : z;
 }
 
 // The largest of three lanes; the fourth is zero.

@@ -73,11 +73,6 @@ CLAST_LANES lanes maximum(lanes a, lanes b)
     return (lanes)_mm512_max_ps((__m512)a, (__m512)b);
 }
 
-CLAST_LANES lanes int_to_float(lane_ints a)
-{
-    return (lanes)_mm512_cvtepi32_ps((__m512i)a);
-}
-
 #else
 
 enum { LANES = 8 };

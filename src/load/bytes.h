@@ -33,6 +33,12 @@ static inline bool clast_bytes_read(clast_bytes bytes, uint64_t offset, void *va
     return true;
 }
 
+// Four bytes, the low one first.
+static inline uint32_t clast_load_word(const unsigned char *at)
+{
+    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+}
+
 // Whether this machine stores the low byte first.
 static inline bool clast_is_little_endian(void)
 {

@@ -24,11 +24,6 @@ enum {
     DIMENSION_2 = 3,
 };
 
-static uint32_t load_word(const unsigned char *at)
-{
-    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
-}
-
 // The parts of the older header that matter.
 typedef struct dds_header {
     uint32_t height, width;
@@ -39,12 +34,13 @@ typedef struct dds_header {
 static void read_header(const unsigned char *at, dds_header *header)
 {
     const unsigned char *format = at + 72;
-    *header = (dds_header){.height = load_word(at + 8), .width = load_word(at + 12), .caps = load_word(at + 108)};
-    header->flags = load_word(format + 4);
-    header->code = load_word(format + 8);
-    header->bits = load_word(format + 12);
+    *header = (dds_header){
+        .height = clast_load_word(at + 8), .width = clast_load_word(at + 12), .caps = clast_load_word(at + 108)};
+    header->flags = clast_load_word(format + 4);
+    header->code = clast_load_word(format + 8);
+    header->bits = clast_load_word(format + 12);
     for (uint32_t i = 0; i < 4; i++) {
-        header->masks[i] = load_word(format + 16 + 4 * i);
+        header->masks[i] = clast_load_word(format + 16 + 4 * i);
     }
 }
 
@@ -63,7 +59,7 @@ static bool format_of_code(uint32_t code, clast_texel_format *format)
     static const uint8_t numbered[][2] = {{36, 11},  {110, 13}, {111, 54}, {112, 34},
                                           {113, 10}, {114, 41}, {115, 16}, {116, 2}};
     for (size_t i = 0; i < sizeof lettered / sizeof *lettered; i++) {
-        if (load_word((const unsigned char *)lettered[i].letters) == code) {
+        if (clast_load_word((const unsigned char *)lettered[i].letters) == code) {
             bool found = clast_texel_of_dxgi(lettered[i].dxgi, format);
             format->is_premultiplied = lettered[i].is_premultiplied;
             return found;
@@ -124,15 +120,15 @@ static clast_status find_format(clast_context *context, const char *name, const 
     char code[5];
     write_code(header->code, code);
     if (newer != NULL) {
-        if (load_word(newer + 4) != DIMENSION_2 || (load_word(newer + 8) & NEWER_IS_CUBE) != 0 ||
-            load_word(newer + 12) > 1) {
+        if (clast_load_word(newer + 4) != DIMENSION_2 || (clast_load_word(newer + 8) & NEWER_IS_CUBE) != 0 ||
+            clast_load_word(newer + 12) > 1) {
             return clast_fail(context, CLAST_ERROR_UNSUPPORTED,
                               "%s: an array, a cube or a volume: expected one plane image", name);
         }
-        return clast_texel_of_dxgi(load_word(newer), format)
+        return clast_texel_of_dxgi(clast_load_word(newer), format)
                    ? CLAST_OK
                    : clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: pixels of the DXGI format %u are not read", name,
-                                load_word(newer));
+                                clast_load_word(newer));
     }
     if ((header->caps & (IS_CUBE | IS_VOLUME)) != 0) {
         return clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: a cube or a volume: expected one plane image", name);
@@ -154,14 +150,14 @@ clast_status clast_dds_decode(clast_context *context, const char *name, clast_by
 {
     clast_bytes pixels;
     dds_header header;
-    if (bytes.size < MAGIC_SIZE + HEADER_SIZE || load_word(bytes.data + MAGIC_SIZE) != HEADER_SIZE ||
-        load_word(bytes.data + MAGIC_SIZE + 72) != FORMAT_SIZE) {
+    if (bytes.size < MAGIC_SIZE + HEADER_SIZE || clast_load_word(bytes.data + MAGIC_SIZE) != HEADER_SIZE ||
+        clast_load_word(bytes.data + MAGIC_SIZE + 72) != FORMAT_SIZE) {
         return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: expected a DDS header of %d bytes", name, HEADER_SIZE);
     }
     read_header(bytes.data + MAGIC_SIZE, &header);
     const unsigned char *newer = NULL;
     uint64_t begin = MAGIC_SIZE + HEADER_SIZE;
-    if ((header.flags & HAS_CODE) != 0 && header.code == load_word((const unsigned char *)"DX10")) {
+    if ((header.flags & HAS_CODE) != 0 && header.code == clast_load_word((const unsigned char *)"DX10")) {
         newer = bytes.data + begin;
         begin += NEWER_HEADER_SIZE;
     }

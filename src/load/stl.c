@@ -49,7 +49,7 @@ static clast_status add_corner(stl_reader *reader, const float corner[3])
 // A float stored with its low byte first.
 static float load_float(const unsigned char *at)
 {
-    uint32_t bits = (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+    uint32_t bits = clast_load_word(at);
     float value;
     memcpy(&value, &bits, sizeof value);
     return value;
@@ -59,9 +59,7 @@ static bool read_count(clast_bytes bytes, uint64_t *count)
 {
     unsigned char stored[COUNT_SIZE];
     bool read = clast_bytes_read(bytes, HEADER_SIZE, stored, sizeof stored);
-    *count = read ? (uint64_t)stored[0] | (uint64_t)stored[1] << 8 | (uint64_t)stored[2] << 16 |
-                        (uint64_t)stored[3] << 24
-                  : 0;
+    *count = read ? clast_load_word(stored) : 0;
     return read;
 }
 

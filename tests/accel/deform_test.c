@@ -3,6 +3,7 @@
 #include "test.h"
 
 #include "accel/meshes.h"
+#include "accel/tap.h"
 #include "clast/deform.h"
 
 enum { FRAMES = 24, RAYS = 600 };
@@ -402,27 +403,6 @@ static void wrong_arguments_are_refused(void **state)
 }
 
 // -------------------------------------------------------------------------------------------------------------- memory
-
-typedef struct tap {
-    uint32_t left; // allocations until one fails
-    int64_t held;
-} tap;
-
-static void *tapped(void *user, void *pointer, size_t old_size, size_t new_size)
-{
-    tap *t = user;
-    if (new_size != 0 && pointer == NULL && t->left-- == 0) {
-        return NULL;
-    }
-    if (new_size == 0) {
-        t->held -= (int64_t)old_size;
-        free(pointer);
-        return NULL;
-    }
-    void *moved = realloc(pointer, new_size);
-    t->held += moved != NULL ? (int64_t)new_size - (int64_t)(pointer != NULL ? old_size : 0) : 0;
-    return moved;
-}
 
 static void a_mesh_that_cannot_be_made_leaves_nothing(void **state)
 {
