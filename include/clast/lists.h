@@ -49,6 +49,13 @@
     X(CLAST_SOURCE_CLUSTERS, 0, "clusters") \
     X(CLAST_SOURCE_WAVE, 1, "wave")
 
+/* X(name, value, text): how long an edge is, for the number of its segments. */
+#define CLAST_METRIC_LIST(X) \
+    X(CLAST_METRIC_PIXELS, 0, "pixels") /* as projected */ \
+    X(CLAST_METRIC_SPHERE, 1, "sphere") /* over the distance from the eye, whichever way it looks: pixels, unforeshortened */ \
+    X(CLAST_METRIC_LENGTH, 2, "length") /* in the world */ \
+    X(CLAST_METRIC_FIXED, 3, "fixed")   /* as many segments for all edges */
+
 /* X(name, value, text): glTF 2.0 alpha modes. */
 #define CLAST_ALPHA_LIST(X) \
     X(CLAST_ALPHA_OPAQUE, 0, "OPAQUE") \

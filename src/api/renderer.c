@@ -158,14 +158,14 @@ clast_status clast_renderer_locate(const clast_renderer *renderer, const clast_h
     const clast_frame_instance *instance = is_known ? &frame->instances[frame->frame_instance_of[hit->instance]] : NULL;
     const clast_frame_unit *unit = is_known ? &frame->units[instance->unit] : NULL;
     if (!is_known || hit->cluster >= unit->record_count ||
-        hit->triangle >=
-            clast_template_triangle_count(frame->cooked->templates, unit->records[hit->cluster].template_index)) {
+        hit->triangle >= record_triangles(unit->records[hit->cluster])) {
         return clast_fail(renderer->context, CLAST_ERROR_INVALID_ARGUMENT,
                           "locate: the hit is none of the scene as last committed");
     }
     const clast_source *source = clast_source_of(unit->unit);
-    clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster], hit->triangle,
-                                               vec2(hit->u, hit->v));
+    const clast_cluster_record *record = &unit->records[hit->cluster];
+    clast_surface_point point = source->locate(unit->unit, &unit->pose, record, clast_frame_words(unit, record),
+                                               hit->triangle, vec2(hit->u, hit->v));
     clast_source_surface found = source->evaluate(unit->unit, &unit->pose, point);
     *surface = (clast_surface){.geometry = instance->unit, .primitive = point.primitive, .material = found.material};
     store(surface->position, transform_point(instance->to_world, found.position));

@@ -66,7 +66,8 @@ static clast_status make_room(clast_cooked *cooked, const clast_scene *scene)
     return CLAST_OK;
 }
 
-static clast_status cook_anew(clast_cooked *cooked, const clast_geometry *geometry, uint32_t number)
+static clast_status cook_anew(clast_cooked *cooked, const clast_scene *scene, const clast_geometry *geometry,
+                              uint32_t number)
 {
     clast_unit *old = cooked->units[number];
     clast_status status = CLAST_OK;
@@ -75,7 +76,7 @@ static clast_status cook_anew(clast_cooked *cooked, const clast_geometry *geomet
     }
     clast_unit *unit = NULL;
     if (status == CLAST_OK) {
-        status = clast_sources[geometry->kind]->cook(cooked->context, geometry, cooked->templates, &unit);
+        status = clast_sources[geometry->kind]->cook(cooked->context, scene, geometry, cooked->templates, &unit);
     }
     if (status != CLAST_OK) {
         return status;
@@ -89,18 +90,19 @@ static clast_status cook_anew(clast_cooked *cooked, const clast_geometry *geomet
     return CLAST_OK;
 }
 
-static clast_status bring_up_to_date(clast_cooked *cooked, const clast_geometry *geometry, uint32_t number)
+static clast_status bring_up_to_date(clast_cooked *cooked, const clast_scene *scene, const clast_geometry *geometry,
+                                     uint32_t number)
 {
     clast_unit *unit = cooked->units[number];
     if (unit == NULL) {
-        return cook_anew(cooked, geometry, number);
+        return cook_anew(cooked, scene, geometry, number);
     }
     if (unit->geometry_version == geometry->version) {
         return CLAST_OK;
     }
     clast_status status = unit->kind == geometry->kind ? clast_source_of(unit)->update(unit, geometry)
                                                        : CLAST_ERROR_UNSUPPORTED;
-    return status == CLAST_ERROR_UNSUPPORTED ? cook_anew(cooked, geometry, number) : status;
+    return status == CLAST_ERROR_UNSUPPORTED ? cook_anew(cooked, scene, geometry, number) : status;
 }
 
 // How long a geometry takes, for the progress only.
@@ -128,7 +130,7 @@ static clast_status cook_all(clast_cooked *cooked, const clast_scene *scene)
         bool current = is_current(cooked, geometry, i);
         clast_status status = current ? CLAST_OK : clast_progress(cooked->context, "cook", done, total);
         if (status == CLAST_OK) {
-            status = bring_up_to_date(cooked, geometry, (uint32_t)i);
+            status = bring_up_to_date(cooked, scene, geometry, (uint32_t)i);
         }
         if (status != CLAST_OK) {
             return status;

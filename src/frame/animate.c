@@ -42,7 +42,8 @@ static void pose_units(clast_frame *frame)
             unit->minimum_known = false;
             unit->made_serial = unit->unit->serial;
         }
-        unit->pose = (clast_pose){frame->settings.time, unit->unit->version};
+        unit->pose = (clast_pose){
+            .time = frame->settings.time, .version = unit->unit->version, .displacement_scale = 1.0f};
         unit->bounds = clast_source_of(unit->unit)->bounds(unit->unit, &unit->pose);
     }
 }

@@ -17,7 +17,8 @@ static void fill_range(void *data, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         const clast_cluster_record *record = &unit->records[i];
         if (source->resident(unit->unit, record) == NULL) {
-            source->fill(unit->unit, &unit->pose, record, unit->vertices + record->first_vertex);
+            source->fill(unit->unit, &unit->pose, record, clast_frame_words(unit, record),
+                         unit->vertices + record->first_vertex);
         }
     }
 }

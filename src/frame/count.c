@@ -26,7 +26,7 @@ float clast_frame_rate_step(uint32_t step)
 // ------------------------------------------------------------------------------------------------------------ count
 
 typedef struct wide_count {
-    uint64_t clusters, triangles, vertices;
+    uint64_t clusters, triangles, vertices, words;
 } wide_count;
 
 typedef struct count_job {
@@ -34,7 +34,8 @@ typedef struct count_job {
     clast_source_view view;
     uint32_t *clusters; // by item; null where only the sum is wanted
     uint32_t *vertices;
-    atomic_uint_fast64_t cluster_sum, triangle_sum, vertex_sum; // of integers: the order does not matter
+    uint32_t *words;
+    atomic_uint_fast64_t cluster_sum, triangle_sum, vertex_sum, word_sum; // of integers: the order does not matter
 } count_job;
 
 static void count_range(void *data, size_t begin, size_t end, uint32_t worker)
@@ -43,20 +44,23 @@ static void count_range(void *data, size_t begin, size_t end, uint32_t worker)
     count_job *job = data;
     const clast_unit *unit = job->unit->unit;
     const clast_source *source = clast_source_of(unit);
-    wide_count sum = {0, 0, 0};
+    wide_count sum = {0};
     for (size_t i = begin; i < end; i++) {
         clast_source_count count = source->count(unit, &job->unit->pose, &job->view, (uint32_t)i);
         if (job->clusters != NULL) {
             job->clusters[i] = count.clusters;
             job->vertices[i] = count.vertices;
+            job->words[i] = count.words;
         }
         sum.clusters += count.clusters;
         sum.triangles += count.triangles;
         sum.vertices += count.vertices;
+        sum.words += count.words;
     }
     atomic_fetch_add(&job->cluster_sum, sum.clusters);
     atomic_fetch_add(&job->triangle_sum, sum.triangles);
     atomic_fetch_add(&job->vertex_sum, sum.vertices);
+    atomic_fetch_add(&job->word_sum, sum.words);
 }
 
 static clast_status run_count(clast_frame *frame, clast_frame_unit *unit, count_job *job, clast_source_count *result)
@@ -65,14 +69,15 @@ static clast_status run_count(clast_frame *frame, clast_frame_unit *unit, count_
     uint64_t clusters = atomic_load(&job->cluster_sum);
     uint64_t triangles = atomic_load(&job->triangle_sum);
     uint64_t vertices = atomic_load(&job->vertex_sum);
-    if (clusters > UINT32_MAX || triangles > UINT32_MAX || vertices > UINT32_MAX) {
+    uint64_t words = atomic_load(&job->word_sum);
+    if (clusters > UINT32_MAX || triangles > UINT32_MAX || vertices > UINT32_MAX || words > UINT32_MAX) {
         return clast_fail(
             frame->context, CLAST_ERROR_LIMIT,
             "geometry %u needs %llu triangles in %llu clusters of %llu vertices, expected at most %u of each",
             unit->unit->number, (unsigned long long)triangles, (unsigned long long)clusters,
             (unsigned long long)vertices, UINT32_MAX);
     }
-    *result = (clast_source_count){(uint32_t)clusters, (uint32_t)triangles, (uint32_t)vertices};
+    *result = (clast_source_count){(uint32_t)clusters, (uint32_t)triangles, (uint32_t)vertices, (uint32_t)words};
     return CLAST_OK;
 }
 
@@ -106,14 +111,15 @@ static clast_status count_unit(clast_frame *frame, clast_frame_unit *unit, float
         return CLAST_OK;
     }
     size_t items = unit->unit->item_count;
-    clast_status status = CLAST_RESERVE(frame->context, unit->item_counts, unit->item_capacity, 2 * items);
+    clast_status status = CLAST_RESERVE(frame->context, unit->item_counts, unit->item_capacity, 3 * items);
     if (status != CLAST_OK) {
         return status;
     }
     count_job job = {.unit = unit,
                      .view = view_at(unit, rate),
                      .clusters = unit->item_counts,
-                     .vertices = unit->item_counts + items};
+                     .vertices = unit->item_counts + items,
+                     .words = unit->item_counts + 2 * items};
     status = run_count(frame, unit, &job, &unit->counted_sum);
     unit->counted = status == CLAST_OK;
     unit->counted_rate = rate;
@@ -140,7 +146,7 @@ static clast_status count_frame(clast_frame *frame, float rate, uint64_t *triang
         if (!frame->units[i].used) {
             continue;
         }
-        clast_source_count count = {0, 0, 0};
+        clast_source_count count = {0};
         clast_status status = count_unit(frame, &frame->units[i], rate, &count);
         if (status != CLAST_OK) {
             return status;
@@ -245,9 +251,9 @@ clast_status clast_cpu_fit(clast_frame *frame, void *target)
 
 typedef struct emit_job {
     const clast_frame_unit *unit;
-    const clast_template_set *templates;
     const uint32_t *first_records; // by item
     const uint32_t *first_vertices;
+    const uint32_t *first_words;
     atomic_uint_fast64_t vertices;
 } emit_job;
 
@@ -258,13 +264,13 @@ static void emit_range(void *data, size_t begin, size_t end, uint32_t worker)
     const clast_frame_unit *unit = job->unit;
     const clast_source *source = clast_source_of(unit->unit);
     for (size_t i = begin; i < end; i++) {
-        source->emit(unit->unit, &unit->pose, &unit->view, (uint32_t)i, job->first_vertices[i],
-                     unit->records + job->first_records[i]);
+        source->emit(unit->unit, &unit->pose, &unit->view, (uint32_t)i, job->first_vertices[i], job->first_words[i],
+                     unit->words + job->first_words[i], unit->records + job->first_records[i]);
     }
     size_t last = end < unit->unit->item_count ? job->first_records[end] : unit->record_count;
     uint64_t vertices = 0;
     for (size_t i = job->first_records[begin]; i < last; i++) {
-        vertices += clast_template_vertex_count(job->templates, unit->records[i].template_index);
+        vertices += record_vertices(unit->records[i]);
     }
     atomic_fetch_add(&job->vertices, vertices);
 }
@@ -277,19 +283,24 @@ static clast_status emit_unit(clast_frame *frame, clast_frame_unit *unit)
     if (status == CLAST_OK) {
         status = CLAST_RESERVE(context, unit->vertices, unit->vertex_capacity, unit->sum.vertices);
     }
+    if (status == CLAST_OK) {
+        status = CLAST_RESERVE(context, unit->words, unit->word_capacity, (size_t)unit->sum.words + 1);
+    }
     if (status != CLAST_OK) {
         return status;
     }
     emit_job job = {.unit = unit,
-                    .templates = frame->cooked->templates,
                     .first_records = unit->item_counts,
-                    .first_vertices = unit->item_counts + items};
+                    .first_vertices = unit->item_counts + items,
+                    .first_words = unit->item_counts + 2 * items};
     uint32_t total = 0; // known to fit: the sums do
     clast_exclusive_scan(context, unit->item_counts, items, &total);
     clast_exclusive_scan(context, unit->item_counts + items, items, &total);
+    clast_exclusive_scan(context, unit->item_counts + 2 * items, items, &total);
     unit->counted = false; // they are places now
     unit->record_count = unit->sum.clusters;
     unit->vertex_count = unit->sum.vertices;
+    unit->word_count = unit->sum.words;
     clast_parallel_for(context, items, ITEM_GRAIN, emit_range, &job);
     unit->cluster_vertices = atomic_load(&job.vertices);
     return CLAST_OK;

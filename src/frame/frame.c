@@ -34,6 +34,7 @@ static void destroy_unit(clast_context *context, clast_frame_unit *unit)
     }
     clast_free(context, unit->records);
     clast_free(context, unit->vertices);
+    clast_free(context, unit->words);
     clast_free(context, unit->item_counts);
 }
 
@@ -118,7 +119,7 @@ clast_frame_bytes clast_frame_count_bytes(const clast_frame *frame)
     clast_frame_bytes bytes = {.tlas = clast_tlas_bytes(frame->tlas)};
     for (size_t i = 0; i < frame->unit_count; i++) {
         const clast_frame_unit *unit = &frame->units[i];
-        bytes.records += unit->record_capacity * sizeof *unit->records;
+        bytes.records += unit->record_capacity * sizeof *unit->records + unit->word_capacity * sizeof *unit->words;
         bytes.vertices += unit->vertex_capacity * sizeof *unit->vertices;
         bytes.clas += unit->clas != NULL ? clast_clas_pool_bytes(unit->clas) : 0;
         bytes.blas += unit->blas != NULL ? clast_blas_bytes(unit->blas) : 0;

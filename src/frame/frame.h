@@ -30,7 +30,9 @@ typedef struct clast_frame_unit {
     size_t record_count, record_capacity;
     packed3 *vertices; // of this frame; records with resident positions have none here
     size_t vertex_count, vertex_capacity;
-    uint32_t *item_counts; // scratch of count and emit: [clusters][vertices]
+    uint32_t *words; // of the records of this frame: the source's own
+    size_t word_count, word_capacity;
+    uint32_t *item_counts; // scratch of count and emit: [clusters][vertices][words]
     size_t item_capacity;
     clast_clas_pool *clas;
     clast_blas *blas;
@@ -107,5 +109,11 @@ typedef struct clast_frame_bytes {
     uint64_t records, vertices, clas, blas, tlas;
 } clast_frame_bytes;
 clast_frame_bytes clast_frame_count_bytes(const clast_frame *frame);
+
+// What a source is given beside a record.
+static inline const uint32_t *clast_frame_words(const clast_frame_unit *unit, const clast_cluster_record *record)
+{
+    return unit->words + record->first_word;
+}
 
 #endif

@@ -182,6 +182,7 @@ clast_found_surface clast_find_surface(const clast_frame *frame, const clast_vis
     point->geometric_normal = load3(seen->normal);
     place_point(frame, unit, instance, seen, point);
     clast_surface_point on_source = source->locate(unit->unit, &unit->pose, &unit->records[seen->cluster],
+                                                   clast_frame_words(unit, &unit->records[seen->cluster]),
                                                    seen->triangle, load2(seen->barycentrics));
     found.surface = source->evaluate(unit->unit, &unit->pose, on_source);
     found.material = material_of(frame->scene, found.surface.material);
@@ -208,7 +209,8 @@ clast_hit_surface clast_surface_of_hit(const clast_frame *frame, const clast_hit
     const clast_frame_instance *instance = &frame->instances[frame->frame_instance_of[hit->instance]];
     const clast_frame_unit *unit = &frame->units[instance->unit];
     const clast_source *source = clast_source_of(unit->unit);
-    clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster], hit->triangle,
+    clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit->cluster],
+                                               clast_frame_words(unit, &unit->records[hit->cluster]), hit->triangle,
                                                vec2(hit->u, hit->v));
     clast_source_surface surface = source->evaluate(unit->unit, &unit->pose, point);
     const clast_material *material = material_of(frame->scene, surface.material);

@@ -21,21 +21,27 @@ RECORD(clast_transform)
 };
 RECORD_SIZE(clast_transform, 48)
 
-// How a record's triangles follow from templates. Later forms: masked (a bit for each triangle), composite (consecutive
-// small patterns under a fixed-shape top).
+// How a record's triangles follow from templates.
 LIMIT(FORM_WHOLE, 0u, "one template")
+LIMIT(FORM_COMPOSITE, 1u, "consecutive small patterns: the source tells the corners of its triangles")
 
 // One cluster of a frame: a template, where its vertices go, and what surface it came from.
 RECORD(clast_cluster_record)
 {
     uint unit;             // which unit of the frame
-    uint template_index;   // into the frame's template set
+    uint template_index;   // whole: into the frame's template set
     uint first_vertex;     // into the unit's vertices of this frame
     uint item;             // the source's own: which cooked cluster, tile or base triangle
-    uint form_and_flags;   // FORM_ in the low 8 bits
+    uint form_and_counts;  // record_form(), record_triangles(), record_vertices()
     uint detail;           // the source's own: level, segments or factors
+    uint first_word;       // into the unit's words of this frame: what else the source must know of the record
 };
-RECORD_SIZE(clast_cluster_record, 24)
+RECORD_SIZE(clast_cluster_record, 28)
+
+FN uint form_and_counts(uint form, uint triangles, uint vertices) { return form | triangles << 8u | vertices << 17u; }
+FN uint record_form(clast_cluster_record record) { return record.form_and_counts & 255u; }
+FN uint record_triangles(clast_cluster_record record) { return record.form_and_counts >> 8u & 511u; }
+FN uint record_vertices(clast_cluster_record record) { return record.form_and_counts >> 17u & 511u; }
 
 // What a unit's item needs at a rate.
 RECORD(clast_source_count)
@@ -43,8 +49,9 @@ RECORD(clast_source_count)
     uint clusters;
     uint triangles;
     uint vertices;
+    uint words;
 };
-RECORD_SIZE(clast_source_count, 12)
+RECORD_SIZE(clast_source_count, 16)
 
 // What a ray or a pixel saw: the visibility buffer's element.
 RECORD(clast_visibility)
@@ -127,11 +134,19 @@ RECORD_SIZE(clast_camera, 68)
 // From where geometry is adapted, and how finely.
 RECORD(clast_source_view)
 {
-    packed3 eye;            // in the unit's own space
-    float pixels_per_unit;  // pixels that a length of one covers at distance one
-    float rate;             // wanted density, 1 is the settings' own
-    uint hidden;            // 1 where no camera ray can see it: coarser, but never gone
+    packed3 eye;               // in the unit's own space
+    float pixels_per_unit;     // pixels that a length of one covers at distance one
+    float rate;                // wanted density, 1 is the settings' own
+    uint hidden;               // 1 where no camera ray can see it: coarser, but never gone
+    clast_transform to_camera; // from the unit's own space: x to the right, y up, z forward; lengths are the world's
+    packed2 extent;            // half of what is seen, across and up: at distance one, or anywhere (orthographic)
+    float near_plane;
+    uint projection;           // CLAST_PROJECTION_
+    uint metric;               // CLAST_METRIC_
+    float segment;             // wanted length of a segment in the metric's unit; fixed: segments of an edge
+    float hidden_fraction;     // of the wanted density that is left where nothing is seen
+    uint alone;                // 1 where a single instance shows the unit: its parts may be taken for hidden
 };
-RECORD_SIZE(clast_source_view, 24)
+RECORD_SIZE(clast_source_view, 104)
 
 #endif

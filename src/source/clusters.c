@@ -342,9 +342,10 @@ static void destroy(clast_unit *base)
     clast_free(context, unit);
 }
 
-static clast_status cook(clast_context *context, const clast_geometry *geometry, clast_template_set *templates,
-                         clast_unit **result)
+static clast_status cook(clast_context *context, const clast_scene *scene, const clast_geometry *geometry,
+                         clast_template_set *templates, clast_unit **result)
 {
+    (void)scene;
     clusters_unit *unit = clast_allocate_zeroed(context, 1, sizeof *unit);
     if (unit == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
@@ -483,20 +484,23 @@ static clast_source_count count(const clast_unit *unit, const clast_pose *pose, 
 {
     (void)pose;
     (void)view;
-    return (clast_source_count){1, clusters_of(unit)->clusters[item].triangle_count, 0};
+    return (clast_source_count){1, clusters_of(unit)->clusters[item].triangle_count, 0, 0};
 }
 
 static void emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
-                 uint32_t first_vertex, clast_cluster_record *records)
+                 uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records)
 {
+    (void)words;
     (void)pose;
     (void)view;
+    const cooked_cluster *cluster = &clusters_of(unit)->clusters[item];
     records[0] = (clast_cluster_record){
         .unit = unit->number,
-        .template_index = clusters_of(unit)->clusters[item].template_index,
+        .template_index = cluster->template_index,
         .first_vertex = first_vertex,
         .item = item,
-        .form_and_flags = FORM_WHOLE,
+        .form_and_counts = form_and_counts(FORM_WHOLE, cluster->triangle_count, cluster->vertex_count),
+        .first_word = first_word,
     };
 }
 
@@ -505,16 +509,19 @@ static const packed3 *resident(const clast_unit *unit, const clast_cluster_recor
     return clusters_of(unit)->positions + clusters_of(unit)->clusters[record->item].first_vertex;
 }
 
-static void fill(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record, packed3 *positions)
+static void fill(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
+                 const uint32_t *words, packed3 *positions)
 {
+    (void)words;
     (void)pose;
     memcpy(positions, resident(unit, record),
            clusters_of(unit)->clusters[record->item].vertex_count * sizeof *positions);
 }
 
 static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
-                                  uint32_t triangle, vec2 barycentrics)
+                                  const uint32_t *words, uint32_t triangle, vec2 barycentrics)
 {
+    (void)words;
     (void)pose;
     const clusters_unit *clusters = clusters_of(unit);
     return (clast_surface_point){

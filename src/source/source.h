@@ -21,6 +21,11 @@
 typedef struct clast_pose {
     double time;      // seconds
     uint32_t version; // of the unit's positions (clast_unit.version): grows when `update` takes new ones over
+    uint32_t shape;   // of the arrays below: another number, other contents
+    // Of the mesh's vertices; null where they are as the geometry has them. The frame's own.
+    const packed3 *positions, *normals;
+    const packed4 *tangents;
+    float displacement_scale; // times what the materials say
 } clast_pose;
 
 // What has to be made anew for a pose, given what was made for the pose before. Each includes those before it.
@@ -73,9 +78,9 @@ typedef struct clast_source {
 
     // How long cooking takes, in triangles: for the progress only.
     uint64_t (*work)(const clast_geometry *geometry);
-    // Cooks a geometry. Templates are added to the scene's set. Sets all of clast_unit but number and serial.
-    clast_status (*cook)(clast_context *context, const clast_geometry *geometry, clast_template_set *templates,
-                         clast_unit **unit);
+    // Cooks a geometry of a scene. Templates are added to the scene's set. Sets all of clast_unit but number and serial.
+    clast_status (*cook)(clast_context *context, const clast_scene *scene, const clast_geometry *geometry,
+                         clast_template_set *templates, clast_unit **unit);
     void (*destroy)(clast_unit *unit);
     // The geometry's positions changed and its topology did not: take them over, so that `changed` says so. May
     // refuse by CLAST_ERROR_UNSUPPORTED: the unit is cooked anew then.
@@ -94,18 +99,24 @@ typedef struct clast_source {
     // pose. The sum over a unit's items never falls while the rate grows.
     clast_source_count (*count)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
                                 uint32_t item);
-    // Writes exactly count().clusters records. first_vertex is where the item's vertices begin.
+    // Writes exactly count().clusters records and count().words words. first_vertex is where the item's vertices begin,
+    // first_word where its words do; `words` points to the first of them.
     void (*emit)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
-                 uint32_t first_vertex, clast_cluster_record *records);
-    // The positions of a record's vertices, in the template's order.
+                 uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records);
+    // The positions of a record's vertices, in the template's order. `words` points to the record's first word, here and
+    // below.
     void (*fill)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
-                 packed3 *positions);
+                 const uint32_t *words, packed3 *positions);
+    // The corners of a composite record's triangles, three for each: numbers of its vertices. Null for sources that emit
+    // none.
+    void (*corners)(const clast_unit *unit, const clast_cluster_record *record, const uint32_t *words,
+                    uint8_t corners[3 * TEMPLATE_TRIANGLES]);
     // Where the positions of a record lie already, as long as the unit lives; null where fill must write them.
     const packed3 *(*resident)(const clast_unit *unit, const clast_cluster_record *record);
 
     // What a hit on a record's triangle is on the source's surface. barycentrics weigh the second and third corner.
     clast_surface_point (*locate)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
-                                  uint32_t triangle, vec2 barycentrics);
+                                  const uint32_t *words, uint32_t triangle, vec2 barycentrics);
     // Position, normals and attributes of a surface point.
     clast_source_surface (*evaluate)(const clast_unit *unit, const clast_pose *pose, clast_surface_point point);
     // The emissive primitives: material of each primitive, and its corners, for sampling lights. primitive_count 0

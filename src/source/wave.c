@@ -64,9 +64,10 @@ static clast_wave_sheet make_sheet(const clast_wave *wave)
     return sheet;
 }
 
-static clast_status cook(clast_context *context, const clast_geometry *geometry, clast_template_set *templates,
-                         clast_unit **result)
+static clast_status cook(clast_context *context, const clast_scene *scene, const clast_geometry *geometry,
+                         clast_template_set *templates, clast_unit **result)
 {
+    (void)scene;
     clast_status status = check(context, geometry);
     if (status != CLAST_OK) {
         return status;
@@ -160,12 +161,13 @@ static clast_source_count count(const clast_unit *base, const clast_pose *pose, 
     (void)pose;
     (void)item;
     uint32_t n = wave_segments(wave_of(base)->sheet, *view);
-    return (clast_source_count){1, 2 * n * n, (n + 1) * (n + 1)};
+    return (clast_source_count){1, 2 * n * n, (n + 1) * (n + 1), 0};
 }
 
 static void emit(const clast_unit *base, const clast_pose *pose, const clast_source_view *view, uint32_t item,
-                 uint32_t first_vertex, clast_cluster_record *records)
+                 uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records)
 {
+    (void)words;
     (void)pose;
     const wave_unit *unit = wave_of(base);
     uint32_t n = wave_segments(unit->sheet, *view);
@@ -174,13 +176,16 @@ static void emit(const clast_unit *base, const clast_pose *pose, const clast_sou
         .template_index = unit->templates[n],
         .first_vertex = first_vertex,
         .item = item,
-        .form_and_flags = FORM_WHOLE,
+        .form_and_counts = form_and_counts(FORM_WHOLE, 2 * n * n, (n + 1) * (n + 1)),
         .detail = n,
+        .first_word = first_word,
     };
 }
 
-static void fill(const clast_unit *base, const clast_pose *pose, const clast_cluster_record *record, packed3 *positions)
+static void fill(const clast_unit *base, const clast_pose *pose, const clast_cluster_record *record,
+                 const uint32_t *words, packed3 *positions)
 {
+    (void)words;
     const wave_unit *unit = wave_of(base);
     clast_wave_moment moment = moment_of(unit, pose);
     uint32_t n = record->detail;
@@ -201,8 +206,9 @@ static const packed3 *resident(const clast_unit *unit, const clast_cluster_recor
 }
 
 static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
-                                  uint32_t triangle, vec2 barycentrics)
+                                  const uint32_t *words, uint32_t triangle, vec2 barycentrics)
 {
+    (void)words;
     (void)unit;
     (void)pose;
     return (clast_surface_point){record->item, store2(wave_locate(record->detail, triangle, barycentrics))};

@@ -76,7 +76,8 @@ static void a_hit_leads_back_to_the_surface(void **state)
         clast_hit hit = stage_trace(s.frame, x, 3, 0.3f * x + 0.1f, 0, -1, 0);
         assert_int_equal(hit.instance, 0);
         const clast_source *source = clast_source_of(unit->unit);
-        clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit.cluster], hit.triangle,
+        clast_surface_point point = source->locate(unit->unit, &unit->pose, &unit->records[hit.cluster],
+                                                   clast_frame_words(unit, &unit->records[hit.cluster]), hit.triangle,
                                                    vec2(hit.u, hit.v));
         vec3 position = source->evaluate(unit->unit, &unit->pose, point).position;
         assert_true(fabsf(position[0] - x) < 1e-3f && fabsf(position[2] - 0.3f * x - 0.1f) < 1e-3f);

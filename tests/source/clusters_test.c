@@ -11,8 +11,8 @@ static clast_unit *cook_mesh(clast_context *context, kind_world *world, const cl
     assert_ok(context, clast_scene_add_mesh(world->scene, mesh, "mesh", &geometry));
     world->context = context;
     world->source = clast_sources[CLAST_SOURCE_CLUSTERS];
-    assert_ok(context,
-              world->source->cook(context, &world->scene->geometries[geometry], world->templates, &world->unit));
+    assert_ok(context, world->source->cook(context, world->scene, &world->scene->geometries[geometry], world->templates,
+                                           &world->unit));
     return world->unit;
 }
 
@@ -31,7 +31,7 @@ static void every_triangle_of_the_mesh_is_there_once(void **state)
     uint8_t *seen = calloc(triangles, 1);
     for (size_t i = 0; i < all.record_count; i++) {
         for (uint32_t t = 0; t < clast_template_triangle_count(world.templates, all.records[i].template_index); t++) {
-            clast_surface_point point = world.source->locate(world.unit, &kind_poses[0], &all.records[i], t,
+            clast_surface_point point = world.source->locate(world.unit, &kind_poses[0], &all.records[i], NULL, t,
                                                              vec2(0.0f, 0.0f));
             assert_true(point.primitive < triangles);
             assert_int_equal(seen[point.primitive]++, 0);
@@ -216,7 +216,7 @@ static void materials_are_listed_once_each(void **state)
     assert_ok(context, clast_scene_add_mesh(scene, &s.mesh, NULL, &geometry));
     const clast_source *source = clast_sources[CLAST_SOURCE_CLUSTERS];
     clast_unit *unit = NULL;
-    assert_ok(context, source->cook(context, &scene->geometries[0], templates, &unit));
+    assert_ok(context, source->cook(context, scene, &scene->geometries[0], templates, &unit));
     assert_int_equal(unit->material_count, MATERIALS);
     for (uint32_t i = 0; i < MATERIALS; i++) {
         assert_int_equal(unit->materials[i], i * 7 % MATERIALS);
@@ -252,7 +252,8 @@ static void new_positions_are_taken_over(void **state)
     for (size_t i = 0; i < before.record_count; i++) {
         uint32_t corners[3];
         clast_template_triangle(world.templates, before.records[i].template_index, 0, corners);
-        clast_surface_point point = world.source->locate(world.unit, &now, &before.records[i], 0, vec2(0.0f, 0.0f));
+        clast_surface_point point = world.source->locate(world.unit, &now, &before.records[i], NULL, 0,
+                                                         vec2(0.0f, 0.0f));
         vec3 position = world.source->evaluate(world.unit, &now, point).position;
         assert_true(length3(position - load3(kind_vertices(&world, &before, i)[corners[0]])) < 1e-6f);
     }

@@ -19,23 +19,48 @@ static void every_kind_is_tested(void **state)
 
 // ------------------------------------------------------------------------------------------------------- count, emit
 
+// Its counts are those of its template, or of corners that a cluster can have.
+static void check_record(const kind_world *world, const clast_cluster_record *record, const uint32_t *words)
+{
+    if (record_form(*record) == FORM_WHOLE) {
+        uint32_t number = record->template_index;
+        assert_true(number < clast_template_set_count(world->templates));
+        assert_int_equal(record_triangles(*record), clast_template_triangle_count(world->templates, number));
+        assert_int_equal(record_vertices(*record), clast_template_vertex_count(world->templates, number));
+        return;
+    }
+    assert_int_equal(record_form(*record), FORM_COMPOSITE);
+    assert_in_range(record_triangles(*record), 1, TEMPLATE_TRIANGLES);
+    assert_in_range(record_vertices(*record), 3, TEMPLATE_VERTICES);
+    uint8_t corners[3 * TEMPLATE_TRIANGLES];
+    world->source->corners(world->unit, record, words, corners);
+    for (uint32_t i = 0; i < 3 * record_triangles(*record); i++) {
+        assert_true(corners[i] < record_vertices(*record));
+    }
+}
+
 static void check_item(const kind_world *world, const clast_pose *pose, const clast_source_view *view, uint32_t item)
 {
     clast_source_count count = world->source->count(world->unit, pose, view, item);
     clast_cluster_record *records = malloc((count.clusters + 1) * sizeof *records);
     memset(records, 0xa5, (count.clusters + 1) * sizeof *records);
     clast_cluster_record untouched = records[count.clusters];
-    world->source->emit(world->unit, pose, view, item, 1000, records);
+    uint32_t *words = malloc((count.words + 1) * sizeof *words);
+    memset(words, 0xa5, (count.words + 1) * sizeof *words);
+    world->source->emit(world->unit, pose, view, item, 1000, 500, words, records);
     uint32_t triangles = 0, vertices = 0;
     for (uint32_t i = 0; i < count.clusters; i++) {
-        assert_true(records[i].template_index < clast_template_set_count(world->templates));
-        triangles += clast_template_triangle_count(world->templates, records[i].template_index);
+        check_record(world, &records[i], words + (records[i].first_word - 500));
+        assert_in_range(records[i].first_word, 500, 500 + count.words);
+        triangles += record_triangles(records[i]);
         if (world->source->resident(world->unit, &records[i]) == NULL) {
             assert_int_equal(records[i].first_vertex, 1000 + vertices);
-            vertices += clast_template_vertex_count(world->templates, records[i].template_index);
+            vertices += record_vertices(records[i]);
         }
     }
     assert_memory_equal(&records[count.clusters], &untouched, sizeof untouched);
+    assert_int_equal(words[count.words], 0xa5a5a5a5u);
+    free(words);
     assert_int_equal(triangles, count.triangles);
     assert_int_equal(vertices, count.vertices);
     free(records);
@@ -110,7 +135,7 @@ static void check_bounds(kind_world *world)
         for (uint32_t view = 0; view < KIND_VIEWS; view++) {
             kind_emission all = kind_emit(world, &kind_poses[pose], &kind_views[view]);
             for (size_t i = 0; i < all.record_count; i++) {
-                uint32_t count = clast_template_vertex_count(world->templates, all.records[i].template_index);
+                uint32_t count = record_vertices(all.records[i]);
                 const packed3 *vertices = kind_vertices(world, &all, i);
                 for (uint32_t v = 0; v < 3 * count; v++) {
                     float value = vertices[v / 3].v[v % 3];
@@ -132,8 +157,9 @@ static void check_resident(kind_world *world)
     kind_emission all = kind_emit(world, &kind_poses[0], &kind_views[0]);
     for (size_t i = 0; i < all.record_count; i++) {
         packed3 filled[TEMPLATE_VERTICES];
-        uint32_t count = clast_template_vertex_count(world->templates, all.records[i].template_index);
-        world->source->fill(world->unit, &kind_poses[0], &all.records[i], filled);
+        uint32_t count = record_vertices(all.records[i]);
+        world->source->fill(world->unit, &kind_poses[0], &all.records[i], all.words + all.records[i].first_word,
+                            filled);
         assert_memory_equal(filled, kind_vertices(world, &all, i), count * sizeof *filled);
     }
     kind_emission_free(&all);
@@ -151,14 +177,14 @@ static float distance3(vec3 a, vec3 b)
     return length3(a - b);
 }
 
-static void check_point(const kind_world *world, const clast_cluster_record *record, const packed3 *vertices,
-                        uint32_t triangle, vec2 at, float tolerance)
+static void check_point(const kind_world *world, const clast_cluster_record *record, const uint32_t *words,
+                        const packed3 *vertices, uint32_t triangle, vec2 at, float tolerance)
 {
     uint32_t corners[3];
-    clast_template_triangle(world->templates, record->template_index, triangle, corners);
+    kind_corners(world, record, words, triangle, corners);
     vec3 expected = load3(vertices[corners[0]]) * (1.0f - at[0] - at[1]) + load3(vertices[corners[1]]) * at[0] +
                     load3(vertices[corners[2]]) * at[1];
-    clast_surface_point point = world->source->locate(world->unit, &kind_poses[1], record, triangle, at);
+    clast_surface_point point = world->source->locate(world->unit, &kind_poses[1], record, words, triangle, at);
     clast_source_surface surface = world->source->evaluate(world->unit, &kind_poses[1], point);
     assert_true(distance3(surface.position, expected) <= tolerance);
 }
@@ -170,13 +196,14 @@ static void check_locate(kind_world *world)
         kind_emission all = kind_emit(world, &kind_poses[1], &kind_views[view]);
         for (size_t i = 0; i < all.record_count; i++) {
             const clast_cluster_record *record = &all.records[i];
+            const uint32_t *words = all.words + record->first_word;
             const packed3 *vertices = kind_vertices(world, &all, i);
-            for (uint32_t t = 0; t < clast_template_triangle_count(world->templates, record->template_index); t++) {
-                check_point(world, record, vertices, t, vec2(0.0f, 0.0f), 1e-4f);
-                check_point(world, record, vertices, t, vec2(1.0f, 0.0f), 1e-4f);
-                check_point(world, record, vertices, t, vec2(0.0f, 1.0f), 1e-4f);
+            for (uint32_t t = 0; t < record_triangles(*record); t++) {
+                check_point(world, record, words, vertices, t, vec2(0.0f, 0.0f), 1e-4f);
+                check_point(world, record, words, vertices, t, vec2(1.0f, 0.0f), 1e-4f);
+                check_point(world, record, words, vertices, t, vec2(0.0f, 1.0f), 1e-4f);
                 if (view == 2) { // from within, so at the finest
-                    check_point(world, record, vertices, t, vec2(0.25f, 0.4f), chord);
+                    check_point(world, record, words, vertices, t, vec2(0.25f, 0.4f), chord);
                 }
             }
         }
@@ -194,15 +221,16 @@ static void check_normals(kind_world *world)
     kind_emission all = kind_emit(world, &kind_poses[1], &kind_views[2]);
     for (size_t i = 0; i < all.record_count; i++) {
         const packed3 *vertices = kind_vertices(world, &all, i);
-        for (uint32_t t = 0; t < clast_template_triangle_count(world->templates, all.records[i].template_index); t++) {
+        for (uint32_t t = 0; t < record_triangles(all.records[i]); t++) {
             uint32_t c[3];
-            clast_template_triangle(world->templates, all.records[i].template_index, t, c);
+            kind_corners(world, &all.records[i], all.words + all.records[i].first_word, t, c);
             vec3 origin = load3(vertices[c[0]]);
             vec3 normal = cross3(load3(vertices[c[1]]) - origin, load3(vertices[c[2]]) - origin);
             if (length3(normal) < 1e-6f) {
                 continue; // degenerate at a pole
             }
-            clast_surface_point point = world->source->locate(world->unit, &kind_poses[1], &all.records[i], t,
+            clast_surface_point point = world->source->locate(world->unit, &kind_poses[1], &all.records[i],
+                                                              all.words + all.records[i].first_word, t,
                                                               vec2(0.3f, 0.3f));
             clast_source_surface surface = world->source->evaluate(world->unit, &kind_poses[1], point);
             assert_true(dot3(normalize3(surface.geometric_normal), normalize3(normal)) > 0.9f);
@@ -234,10 +262,12 @@ static void emit_item(void *data, size_t begin, size_t end, uint32_t worker)
         uint32_t first = job->expected->firsts[item];
         clast_source_count count = world->source->count(world->unit, &kind_poses[1], &kind_views[0], (uint32_t)item);
         world->source->emit(world->unit, &kind_poses[1], &kind_views[0], (uint32_t)item,
-                            job->expected->records[first].first_vertex, job->got.records + first);
+                            job->expected->records[first].first_vertex, job->expected->records[first].first_word,
+                            job->got.words + job->expected->records[first].first_word, job->got.records + first);
         for (uint32_t i = first; i < first + count.clusters; i++) {
             if (world->source->resident(world->unit, &job->got.records[i]) == NULL) {
                 world->source->fill(world->unit, &kind_poses[1], &job->got.records[i],
+                                    job->got.words + job->got.records[i].first_word,
                                     job->got.vertices + job->got.records[i].first_vertex);
             }
         }
@@ -254,6 +284,7 @@ static void check_purity(kind_world *world)
     assert_memory_equal(first.vertices, again.vertices, first.vertex_count * sizeof *first.vertices);
     memset(again.records, 0, again.record_count * sizeof *again.records);
     memset(again.vertices, 0, again.vertex_count * sizeof *again.vertices);
+    memset(again.words, 0, again.word_count * sizeof *again.words);
     thread_job job = {world, &first, again};
     clast_parallel_for(world->context, world->unit->item_count, 1, emit_item, &job);
     assert_memory_equal(first.records, again.records, first.record_count * sizeof *first.records);

@@ -42,7 +42,8 @@ static inline kind_world kind_open(clast_context *context, clast_source_kind kin
     assert_ok(context, clast_template_set_create(context, &world.templates));
     uint32_t geometry = kind_cases[kind].add(context, world.scene);
     world.source = clast_sources[kind];
-    assert_ok(context, world.source->cook(context, &world.scene->geometries[geometry], world.templates, &world.unit));
+    assert_ok(context, world.source->cook(context, world.scene, &world.scene->geometries[geometry], world.templates,
+                                          &world.unit));
     return world;
 }
 
@@ -63,22 +64,31 @@ static inline void for_each_kind(void **state, void (*body)(kind_world *world))
     }
 }
 
+// From an eye, along -z.
+#define KIND_VIEW(x, y, z, pixels, density, unseen) \
+    { \
+        .eye = {{x, y, z}}, .pixels_per_unit = pixels, .rate = density, .hidden = unseen, \
+        .to_camera = {{{{1, 0, 0, -(x)}}, {{0, 1, 0, -(y)}}, {{0, 0, -1, z}}}}, .extent = {{0.8f, 0.45f}}, \
+        .segment = 8, .hidden_fraction = 0.25f, .alone = 1 \
+    }
 static const clast_source_view kind_views[] = {
-    {{{0.0f, 3.0f, 8.0f}}, 900.0f, 1.0f, 0},  {{{0.0f, 3.0f, 8.0f}}, 900.0f, 0.125f, 0},
-    {{{0.0f, 0.0f, 0.0f}}, 900.0f, 1.0f, 0},  {{{500.0f, 30.0f, 0.0f}}, 900.0f, 1.0f, 0},
-    {{{0.0f, 30.0f, 0.0f}}, 200.0f, 1.0f, 1}, {{{0.0f, 3.0f, 8.0f}}, 900.0f, CLAST_RATE_LEAST, 0},
+    KIND_VIEW(0, 3, 8, 900, 1, 0),    KIND_VIEW(0, 3, 8, 900, 0.125f, 0), KIND_VIEW(0, 0, 0, 900, 1, 0),
+    KIND_VIEW(500, 30, 0, 900, 1, 0), KIND_VIEW(0, 30, 0, 200, 1, 1),     KIND_VIEW(0, 3, 8, 900, CLAST_RATE_LEAST, 0),
 };
 enum { KIND_VIEWS = sizeof kind_views / sizeof kind_views[0] };
 
-static const clast_pose kind_poses[] = {{.time = 0.0}, {.time = 0.7}, {.time = 12345.678}};
+static const clast_pose kind_poses[] = {{.time = 0.0, .displacement_scale = 1.0f},
+                                        {.time = 0.7, .displacement_scale = 1.0f},
+                                        {.time = 12345.678, .displacement_scale = 1.0f}};
 enum { KIND_POSES = sizeof kind_poses / sizeof kind_poses[0] };
 
 // All records and vertices of a unit, as a frame makes them, on one thread.
 typedef struct kind_emission {
     clast_cluster_record *records;
     packed3 *vertices;
+    uint32_t *words;
     uint32_t *firsts; // by item: its first record
-    size_t record_count, vertex_count;
+    size_t record_count, vertex_count, word_count;
 } kind_emission;
 
 static inline kind_emission kind_emit(const kind_world *world, const clast_pose *pose, const clast_source_view *view)
@@ -88,20 +98,25 @@ static inline kind_emission kind_emit(const kind_world *world, const clast_pose 
         clast_source_count count = world->source->count(world->unit, pose, view, item);
         all.record_count += count.clusters;
         all.vertex_count += count.vertices;
+        all.word_count += count.words;
     }
     all.records = calloc(all.record_count + 1, sizeof *all.records);
     all.vertices = calloc(all.vertex_count + 1, sizeof *all.vertices);
-    size_t record = 0, vertex = 0;
+    all.words = calloc(all.word_count + 1, sizeof *all.words);
+    size_t record = 0, vertex = 0, word = 0;
     for (uint32_t item = 0; item < world->unit->item_count; item++) {
         clast_source_count count = world->source->count(world->unit, pose, view, item);
         all.firsts[item] = (uint32_t)record;
-        world->source->emit(world->unit, pose, view, item, (uint32_t)vertex, all.records + record);
+        world->source->emit(world->unit, pose, view, item, (uint32_t)vertex, (uint32_t)word, all.words + word,
+                            all.records + record);
         record += count.clusters;
         vertex += count.vertices;
+        word += count.words;
     }
     for (size_t i = 0; i < all.record_count; i++) {
         if (world->source->resident(world->unit, &all.records[i]) == NULL) {
-            world->source->fill(world->unit, pose, &all.records[i], all.vertices + all.records[i].first_vertex);
+            world->source->fill(world->unit, pose, &all.records[i], all.words + all.records[i].first_word,
+                                all.vertices + all.records[i].first_vertex);
         }
     }
     return all;
@@ -111,7 +126,23 @@ static inline void kind_emission_free(kind_emission *all)
 {
     free(all->records);
     free(all->vertices);
+    free(all->words);
     free(all->firsts);
+}
+
+// The vertices of a record's triangle.
+static inline void kind_corners(const kind_world *world, const clast_cluster_record *record, const uint32_t *words,
+                                uint32_t triangle, uint32_t corners[3])
+{
+    if (record_form(*record) == FORM_WHOLE) {
+        clast_template_triangle(world->templates, record->template_index, triangle, corners);
+        return;
+    }
+    uint8_t all[3 * TEMPLATE_TRIANGLES];
+    world->source->corners(world->unit, record, words, all);
+    for (uint32_t k = 0; k < 3; k++) {
+        corners[k] = all[3 * triangle + k];
+    }
 }
 
 static inline const packed3 *kind_vertices(const kind_world *world, const kind_emission *all, size_t record)

@@ -13,7 +13,7 @@ static kind_world open_wave(clast_context *context)
 // A view from which tiles have n segments: found by moving away.
 static clast_source_view view_of_segments(const kind_world *world, uint32_t n)
 {
-    clast_source_view view = {{{0.0f, 2.0f, 0.0f}}, 900.0f, 1.0f, 0};
+    clast_source_view view = KIND_VIEW(0, 2, 0, 900, 1, 0);
     for (float height = 1.0f; height < 1e6f; height *= 1.02f) {
         view.eye.v[1] = height;
         if (world->source->count(world->unit, &kind_poses[0], &view, 0).triangles == 2 * n * n) {
@@ -114,7 +114,7 @@ static void hidden_sheets_are_coarser_and_near_ones_finer(void **state)
     view.hidden = 1;
     uint32_t hidden = world.source->count(world.unit, &kind_poses[0], &view, 0).triangles;
     assert_true(hidden < seen && hidden >= 2);
-    view = (clast_source_view){{{1.0f, 0.0f, 1.0f}}, 900.0f, 1.0f, 0};
+    view = (clast_source_view)KIND_VIEW(1, 0, 1, 900, 1, 0);
     assert_int_equal(world.source->count(world.unit, &kind_poses[0], &view, 0).triangles,
                      2 * GRID_SEGMENTS * GRID_SEGMENTS);
     kind_close(&world);
@@ -139,7 +139,7 @@ static void more_waves_than_single_precision_tells_apart_are_refused(void **stat
     clast_geometry geometry = world.scene->geometries[0];
     geometry.of.wave.wavelength = 1e-30f;
     clast_unit *unit = NULL;
-    assert_int_equal(world.source->cook(context, &geometry, world.templates, &unit), CLAST_ERROR_LIMIT);
+    assert_int_equal(world.source->cook(context, world.scene, &geometry, world.templates, &unit), CLAST_ERROR_LIMIT);
     assert_null(unit);
     kind_close(&world);
 }
