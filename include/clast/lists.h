@@ -52,7 +52,8 @@
 /* X(name, value, text): how long an edge is, for the number of its segments. */
 #define CLAST_METRIC_LIST(X) \
     X(CLAST_METRIC_PIXELS, 0, "pixels") /* as projected */ \
-    X(CLAST_METRIC_SPHERE, 1, "sphere") /* over the distance from the eye, whichever way it looks: pixels, unforeshortened */ \
+    X(CLAST_METRIC_SPHERE, 1, \
+      "sphere") /* over the distance from the eye, whichever way it looks: pixels, unforeshortened */ \
     X(CLAST_METRIC_LENGTH, 2, "length") /* in the world */ \
     X(CLAST_METRIC_FIXED, 3, "fixed")   /* as many segments for all edges */
 
@@ -130,7 +131,8 @@
     X(CLAST_PASS_SHADE, 11, "shade", "radiance and the other views")
 
 /* The settings of a render, from which come clast_render_settings, the command line, the scene file's "settings" and
- * the help. Zero always means the default.
+ * the help. Zero always means the default; a number whose default is another is zero where it is CLAST_ZERO. On the
+ * command line, dashes stand for underscores.
  *   UINT(name, default, minimum, maximum, placeholder, help)
  *   REAL(name, default, minimum, maximum, placeholder, help)
  *   CHOICE(name, list, default, help): a value of the named X-macro list
@@ -141,8 +143,20 @@
     UINT(spp, 16, 1, 1048576, "N", "samples per pixel") \
     UINT(bounces, 8, 1, 1024, "N", "most surface interactions of a path; 1 is direct light only") \
     UINT(seed, 0, 0, 4294967295u, "N", "seed of the random numbers") \
-    UINT(budget, 0, 0, 4294967295u, "TRIANGLES", "most triangles of a frame; 0 is no bound") \
-    REAL(rate, 1.0, 0.001, 1000.0, "FACTOR", "scales the wanted density of geometry that adapts") \
+    UINT(max_clusters, 0, 0, 4294967295u, "N", "most clusters of a frame; 0 is no bound") \
+    UINT(max_triangles, 0, 0, 4294967295u, "N", "most triangles of a frame; 0 is no bound") \
+    UINT(max_memory, 0, 0, 4294967295u, "MIB", "most MiB of a frame's clusters, vertices and trees; 0 is no bound") \
+    REAL(rate, 1.0, 0.0, 1000.0, "FACTOR", \
+         "scales the wanted density of geometry that adapts; 0 turns tessellation off") \
+    CHOICE( \
+        metric, CLAST_METRIC_LIST, CLAST_METRIC_PIXELS, \
+        "how the length of an edge's segments is measured: as projected, by distance alone, in the world, or not at all") \
+    REAL(segment, 2.0, 1e-6, 1e6, "LENGTH", \
+         "wanted length of a segment in the metric's unit; fixed: how many segments an edge has") \
+    REAL(hidden_fraction, 0.25, 0.0, 1.0, "FRACTION", "of the wanted density, what is left where no camera ray looks") \
+    REAL(displacement_scale, 1.0, -1e6, 1e6, "FACTOR", "scales the displacement of all materials") \
+    TEXT(tess_camera, "", "CAMERA", \
+         "camera that decides how finely geometry is tessellated, as --camera has it; without it, the picture's") \
     REAL(time, 0.0, -1e9, 1e9, "SECONDS", "moment of the animation") \
     REAL(exposure, 0.0, -64.0, 64.0, "STOPS", "exposure of the picture, in powers of two") \
     CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \

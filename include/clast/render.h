@@ -14,6 +14,7 @@ extern "C" {
 #endif
 
 typedef enum clast_view { CLAST_VIEW_LIST(CLAST_ENUMERATOR) CLAST_VIEW_COUNT_ } clast_view;
+typedef enum clast_metric { CLAST_METRIC_LIST(CLAST_ENUMERATOR) } clast_metric;
 typedef enum clast_tone_map { CLAST_TONE_MAP_LIST(CLAST_ENUMERATOR) } clast_tone_map;
 typedef enum clast_pass { CLAST_PASS_LIST(CLAST_ENUMERATOR) CLAST_PASS_COUNT_ } clast_pass;
 
@@ -21,6 +22,9 @@ typedef enum clast_pass { CLAST_PASS_LIST(CLAST_ENUMERATOR) CLAST_PASS_COUNT_ } 
 #define CLAST_SETTING_REAL(name, ...) double name;
 #define CLAST_SETTING_CHOICE(name, ...) uint32_t name;
 #define CLAST_SETTING_TEXT(name, ...) const char *name;
+/** In a setting of a real number, zero, where the default is another number. Whatever is as small does as well. */
+#define CLAST_ZERO 1e-300
+
 /** The settings of a render: see CLAST_RENDER_SETTING_LIST in clast/lists.h. Zero is the default everywhere. */
 typedef struct clast_render_settings {
     CLAST_RENDER_SETTING_LIST(CLAST_SETTING_UINT, CLAST_SETTING_REAL, CLAST_SETTING_CHOICE, CLAST_SETTING_TEXT)

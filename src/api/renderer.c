@@ -58,11 +58,22 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
         .height = settings->height,
         .time = settings->time,
         .rate = settings->rate,
-        .budget = settings->budget,
+        .metric = settings->metric,
+        .segment = settings->segment,
+        .hidden_fraction = settings->hidden_fraction,
+        .displacement_scale = settings->displacement_scale,
+        .budget = settings->max_triangles,
+        .max_clusters = settings->max_clusters,
+        .max_bytes = (uint64_t)settings->max_memory << 20,
         .seed = settings->seed,
     };
     status = clast_scene_choose_camera(renderer->scene, settings->camera, settings->width, settings->height,
                                        &frame->settings.camera);
+    frame->settings.rate_camera = frame->settings.camera;
+    if (status == CLAST_OK && settings->tess_camera[0] != '\0') {
+        status = clast_scene_choose_camera(renderer->scene, settings->tess_camera, settings->width, settings->height,
+                                           &frame->settings.rate_camera);
+    }
     if (status == CLAST_OK) {
         status = clast_frame_run(frame, renderer->backend, CLAST_PASS_ANIMATE, last, NULL);
     }

@@ -18,7 +18,8 @@ static void option_usage(const clast_option *option, char text[RANGE_SIZE])
     const char *format = option->type == CLAST_OPTION_FLAG       ? "--%s%s"
                          : option->type == CLAST_OPTION_OPTIONAL ? "--%s[=%s]"
                                                                  : "--%s %s";
-    snprintf(text, RANGE_SIZE, format, option->name, option->type == CLAST_OPTION_FLAG ? "" : option->placeholder);
+    snprintf(text, RANGE_SIZE, format, clast_option_spell(option).text,
+             option->type == CLAST_OPTION_FLAG ? "" : option->placeholder);
 }
 
 static void choices_text(const clast_option *option, char text[RANGE_SIZE])
@@ -192,7 +193,8 @@ static void print_completion_words(clast_verb verb)
 {
     for (size_t i = 0; i < clast_option_count; i++) {
         if (option_is_for(&clast_options[i], verb)) {
-            printf(" --%s%s", clast_options[i].name, clast_options[i].type == CLAST_OPTION_OPTIONAL ? "=" : "");
+            printf(" --%s%s", clast_option_spell(&clast_options[i]).text,
+                   clast_options[i].type == CLAST_OPTION_OPTIONAL ? "=" : "");
         }
     }
 }
@@ -210,7 +212,7 @@ void clast_help_completion(void)
     for (size_t i = 0; i < clast_option_count; i++) {
         const clast_option *option = &clast_options[i];
         if (option->type == CLAST_OPTION_CHOICE) {
-            printf("    --%s) words=\"", option->name);
+            printf("    --%s) words=\"", clast_option_spell(option).text);
             for (const clast_choice *choice = option->choices; choice->text != NULL; choice++) {
                 printf("%s%s", choice != option->choices ? " " : "", choice->text);
             }

@@ -3,6 +3,7 @@
 
 #define CHOICE_ROW(name, value, text, ...) {text, value},
 #define CHOICES(list) static const clast_choice choices_##list[] = {list(CHOICE_ROW){NULL, 0}};
+CHOICES(CLAST_METRIC_LIST)
 CHOICES(CLAST_TONE_MAP_LIST)
 CHOICES(CLAST_VIEW_LIST)
 CHOICES(CLAST_DEVICE_LIST)
@@ -39,6 +40,15 @@ const clast_option clast_options[] = {CLAST_RENDER_SETTING_LIST(RENDER_UINT, REN
                                                                     COMMAND_SIZE, COMMAND_FLAG, COMMAND_OPTIONAL)};
 const size_t clast_option_count = sizeof clast_options / sizeof *clast_options;
 
+clast_option_word clast_option_spell(const clast_option *option)
+{
+    clast_option_word word = {""};
+    for (size_t i = 0; option->name[i] != '\0' && i + 1 < sizeof word.text; i++) {
+        word.text[i] = option->name[i] != '_' ? option->name[i] : '-';
+    }
+    return word;
+}
+
 static const char *const render_details[] = {
     "INPUT is a scene: glTF 2.0 (.gltf, .glb), Wavefront (.obj), Stanford (.ply), stereolithography (.stl) or a scene file (.json). A scene without "
     "camera gets one that sees all of it; one without light gets a sky with a sun.",
@@ -60,7 +70,7 @@ static const char *const info_details[] = {
     NULL,
 };
 static const char *const compare_details[] = {
-    "A and B are images: PNG, JPEG, EXR, PFM or HDR. Values are those of the files, 0 to 1 for integer types. Prints the mean "
+    "A and B are images of any type that is read. Values are those of the files, 0 to 1 for integer types. Prints the mean "
     "squared error (MSE), the peak signal-to-noise ratio for a peak of 1 (PSNR), the largest difference of a channel, and where it "
     "is. A value that is not a number in one image only is an infinite difference.",
     NULL,

@@ -117,7 +117,7 @@ typedef struct clast_choice {
 
 // A row of the table of options.
 typedef struct clast_option {
-    const char *name; // without the dashes
+    const char *name; // without the two dashes; see clast_option_spell
     clast_option_type type;
     uint32_t verbs; // CLAST_IN_ bits
     double default_number, minimum, maximum;
@@ -139,9 +139,16 @@ typedef struct clast_verb_info {
     clast_exit (*run)(const clast_command *command);
 } clast_verb_info;
 
+// An option's name as it is written: with dashes for underscores.
+typedef struct clast_option_word {
+    char text[32];
+} clast_option_word;
+
 extern const clast_option clast_options[];
 extern const size_t clast_option_count;
 extern const clast_verb_info clast_verbs[CLAST_VERB_COUNT_];
+
+clast_option_word clast_option_spell(const clast_option *option);
 
 // The verbs' work, each in a file of its own.
 clast_exit clast_run_render(const clast_command *command);

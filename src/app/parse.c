@@ -70,7 +70,7 @@ static const clast_option *option_find(clast_verb verb, const char *name, size_t
     for (size_t i = 0; i < clast_option_count; i++) {
         const clast_option *option = &clast_options[i];
         if ((option->verbs >> verb & 1) != 0 && strlen(option->name) == length &&
-            strncmp(option->name, name, length) == 0) {
+            strncmp(clast_option_spell(option).text, name, length) == 0) {
             return option;
         }
     }
@@ -87,16 +87,19 @@ static bool unknown_option(clast_verb verb, const char *argument)
     memcpy(name, argument, length);
     name[length] = '\0';
     const char *word = name + strspn(name, "-");
-    const char *nearest = NULL;
+    clast_option_word nearest = {""};
     size_t distance = SIZE_MAX;
     for (size_t i = 0; i < clast_option_count; i++) {
+        clast_option_word known = clast_option_spell(&clast_options[i]);
+        const char *nearer = NULL;
         if ((clast_options[i].verbs >> verb & 1) != 0) {
-            keep_nearer(word, clast_options[i].name, &nearest, &distance);
+            keep_nearer(word, known.text, &nearer, &distance);
         }
+        nearest = nearer != NULL ? known : nearest;
     }
     const char *verb_name = clast_verbs[verb].name;
-    if (nearest != NULL) {
-        clast_print_error("%s has no option %s; did you mean --%s?", verb_name, name, nearest);
+    if (nearest.text[0] != '\0') {
+        clast_print_error("%s has no option %s; did you mean --%s?", verb_name, name, nearest.text);
     } else {
         clast_print_error("%s has no option %s; \"clast help %s\" lists them", verb_name, name, verb_name);
     }
@@ -124,8 +127,8 @@ static bool parse_uint(const clast_option *option, const char *text, void *place
     double minimum = option->minimum;
     double maximum = option->maximum;
     if (!parse_whole(text, &number, &end) || *end != '\0' || (double)number < minimum || (double)number > maximum) {
-        clast_print_error("--%s: expected a whole number from %.0f to %.0f, got \"%s\"", option->name, minimum, maximum,
-                          text);
+        clast_print_error("--%s: expected a whole number from %.0f to %.0f, got \"%s\"",
+                          clast_option_spell(option).text, minimum, maximum, text);
         return false;
     }
     *(uint32_t *)place = (uint32_t)number;
@@ -139,11 +142,11 @@ static bool parse_real(const clast_option *option, const char *text, void *place
                  text[strspn(text, "+-.0123456789eE")] == '\0'; // no nan, inf, hexadecimals or spaces
     double number = strtod(text, &end);
     if (!plain || *end != '\0' || !isfinite(number) || number < option->minimum || number > option->maximum) {
-        clast_print_error("--%s: expected a number from %g to %g, got \"%s\"", option->name, option->minimum,
-                          option->maximum, text);
+        clast_print_error("--%s: expected a number from %g to %g, got \"%s\"", clast_option_spell(option).text,
+                          option->minimum, option->maximum, text);
         return false;
     }
-    *(double *)place = number;
+    *(double *)place = number == 0.0 && option->default_number != 0.0 ? CLAST_ZERO : number;
     return true;
 }
 
@@ -158,7 +161,7 @@ static bool parse_choice(const clast_option *option, const char *text, void *pla
         size_t length = strlen(all);
         snprintf(all + length, sizeof all - length, "%s%s", length != 0 ? ", " : "", choice->text);
     }
-    clast_print_error("--%s: expected one of %s, got \"%s\"", option->name, all, text);
+    clast_print_error("--%s: expected one of %s, got \"%s\"", clast_option_spell(option).text, all, text);
     return false;
 }
 
@@ -176,7 +179,8 @@ static bool parse_size(const clast_option *option, const char *text, void *place
         number <<= shift;
     }
     if (!good) {
-        clast_print_error("--%s: expected a number of bytes, as 4G or 512M, got \"%s\"", option->name, text);
+        clast_print_error("--%s: expected a number of bytes, as 4G or 512M, got \"%s\"",
+                          clast_option_spell(option).text, text);
         return false;
     }
     *(uint64_t *)place = number;
@@ -215,21 +219,22 @@ static bool parse_option(clast_verb verb, int count, char *const *arguments, int
     const char *value = argument[length] == '=' ? argument + length + 1 : NULL;
     if (option->type == CLAST_OPTION_FLAG) {
         if (value != NULL) {
-            clast_print_error("--%s takes no value", option->name);
+            clast_print_error("--%s takes no value", clast_option_spell(option).text);
             return false;
         }
         return parse_value(option, "", command);
     }
     if (option->type == CLAST_OPTION_OPTIONAL) {
         if (value != NULL && value[0] == '\0') {
-            clast_print_error("--%s: expected %s after the equals sign", option->name, option->placeholder);
+            clast_print_error("--%s: expected %s after the equals sign", clast_option_spell(option).text,
+                              option->placeholder);
             return false;
         }
         return parse_value(option, value != NULL ? value : "-", command);
     }
     if (value == NULL) {
         if (*index + 1 >= count) {
-            clast_print_error("--%s: expected %s after it", option->name, option->placeholder);
+            clast_print_error("--%s: expected %s after it", clast_option_spell(option).text, option->placeholder);
             return false;
         }
         value = arguments[++*index];

@@ -87,7 +87,8 @@ json_t *clast_report_settings(const clast_render_settings *settings)
     json_t *object = json_object();
     int failures = object == NULL;
 #define SETTING_UINT(name, ...) failures += SET_UINT(object, #name, settings->name) != 0;
-#define SETTING_REAL(name, ...) failures += SET_REAL(object, #name, settings->name) != 0;
+#define SETTING_REAL(name, ...) \
+    failures += SET_REAL(object, #name, settings->name != CLAST_ZERO ? settings->name : 0.0) != 0;
 #define SETTING_CHOICE(name, ...) \
     failures += json_object_set_new(object, #name, clast_report_text(choice_text(#name, settings->name))) != 0;
 #define SETTING_TEXT(name, ...) failures += json_object_set_new(object, #name, clast_report_text(settings->name)) != 0;

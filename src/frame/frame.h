@@ -61,8 +61,15 @@ typedef struct clast_frame_settings {
     clast_camera camera;
     uint32_t width, height;
     double time;
-    double rate;     // wanted density
-    uint64_t budget; // most triangles; 0 is no bound
+    clast_camera rate_camera; // decides how finely geometry is tessellated
+    uint32_t metric;          // CLAST_METRIC_
+    double rate;              // wanted density
+    double segment;           // wanted length of a segment, in the metric's unit
+    double hidden_fraction;   // of the wanted density, where no camera ray looks
+    double displacement_scale;
+    uint64_t budget;       // most triangles; 0 is no bound
+    uint64_t max_clusters; // likewise
+    uint64_t max_bytes;    // likewise: of clusters, vertices and trees
     uint32_t seed;
 } clast_frame_settings;
 

@@ -455,7 +455,9 @@ static void read_text_setting(scene_reader *reader, const clast_json_place *sett
     clast_json_uint(json, &place, minimum, maximum, &settings->name);
 #define READ_REAL(name, initial, minimum, maximum, ...) \
     place = clast_json_member(object, #name); \
-    clast_json_real(json, &place, minimum, maximum, &settings->name);
+    if (clast_json_real(json, &place, minimum, maximum, &settings->name) && settings->name == 0.0) { \
+        settings->name = (initial) != 0.0 ? CLAST_ZERO : 0.0; \
+    }
 #define READ_CHOICE(name, list, ...) \
     { \
         static const clast_json_choice choices[] = {list(CLAST_JSON_CHOICE)}; \
@@ -464,12 +466,6 @@ static void read_text_setting(scene_reader *reader, const clast_json_place *sett
     }
 #define READ_TEXT(name, ...) \
     read_text_setting(reader, object, #name, &reader->scene->settings_texts[texts++], &settings->name);
-#define COUNT_NONE(...) +0
-#define COUNT_TEXT(...) +1
-
-_Static_assert(CLAST_RENDER_SETTING_LIST(COUNT_NONE, COUNT_NONE, COUNT_NONE, COUNT_TEXT) <=
-                   COUNT(((clast_scene *)0)->settings_texts),
-               "a scene keeps each text of its settings");
 
 static void read_settings(scene_reader *reader, const clast_json_place *object)
 {

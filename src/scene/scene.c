@@ -69,8 +69,9 @@ void clast_scene_destroy(clast_scene *scene)
     for (size_t i = 0; i < scene->file_count; i++) {
         clast_file_unmap(context, &scene->files[i]);
     }
-    clast_free(context, scene->settings_texts[0]);
-    clast_free(context, scene->settings_texts[1]);
+    for (size_t i = 0; i < CLAST_SETTING_TEXTS; i++) {
+        clast_free(context, scene->settings_texts[i]);
+    }
     clast_free(context, scene->images);
     clast_free(context, scene->textures);
     clast_free(context, scene->materials);

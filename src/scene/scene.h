@@ -20,6 +20,13 @@ typedef struct clast_scene_material {
     char *name;
 } clast_scene_material;
 
+#define CLAST_COUNT_NONE(...) +0
+#define CLAST_COUNT_ONE(...) +1
+enum { // how many of the settings are texts
+    CLAST_SETTING_TEXTS = CLAST_RENDER_SETTING_LIST(CLAST_COUNT_NONE, CLAST_COUNT_NONE, CLAST_COUNT_NONE,
+                                                    CLAST_COUNT_ONE)
+};
+
 enum { CLAST_GEOMETRY_BLOCKS = 9 }; // most blocks that a mesh comes with
 
 // A geometry: which source it is for, and that source's description. A mesh's arrays are the scene's own blocks, or lie in
@@ -73,9 +80,9 @@ struct clast_scene {
     size_t camera_count, camera_capacity;
     clast_environment environment;
     bool has_environment;
-    clast_render_settings settings; // from a scene file; zero where it says nothing
-    char *settings_texts[2];        // blocks that settings' texts point to
-    clast_file_view *files;         // mapped files that arrays point into
+    clast_render_settings settings;            // from a scene file; zero where it says nothing
+    char *settings_texts[CLAST_SETTING_TEXTS]; // blocks that settings' texts point to
+    clast_file_view *files;                    // mapped files that arrays point into
     size_t file_count, file_capacity;
     uint32_t material_version; // each grows with a change of its arrays
     uint32_t instance_version;
