@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes animate and classify: what stands where at this moment, which of it the camera sees, and from where each
-// unit is adapted.
+// Pass animate: what stands where at this moment.
 #include <math.h>
 
 #include "base/thread.h"
 #include "frame/backend.h"
-
-enum { INSTANCE_GRAIN = 1024 };
-
-// ---------------------------------------------------------------------------------------------------------- animate
 
 static clast_status make_room(clast_frame *frame)
 {
@@ -42,8 +37,9 @@ static void pose_units(clast_frame *frame)
             unit->minimum_known = false;
             unit->made_serial = unit->unit->serial;
         }
-        unit->pose = (clast_pose){
-            .time = frame->settings.time, .version = unit->unit->version, .displacement_scale = 1.0f};
+        unit->pose = (clast_pose){.time = frame->settings.time,
+                                  .version = unit->unit->version,
+                                  .displacement_scale = (float)frame->settings.displacement_scale};
         unit->bounds = clast_source_of(unit->unit)->bounds(unit->unit, &unit->pose);
     }
 }
@@ -121,193 +117,4 @@ clast_status clast_cpu_animate(clast_frame *frame, void *target)
     }
     pose_units(frame);
     return place_instances(frame);
-}
-
-// --------------------------------------------------------------------------------------------------------- classify
-
-static bool box_is_empty(const clast_box *box)
-{
-    return !(box->lower.v[0] <= box->upper.v[0]);
-}
-
-// The box around a transformed box: the extent along a world axis is the sum of what each side adds to it.
-static clast_box transform_box(const clast_transform *t, const clast_box *box)
-{
-    if (box_is_empty(box)) {
-        return *box;
-    }
-    vec3 centre = (load3(box->lower) + load3(box->upper)) * 0.5f;
-    vec3 half = load3(box->upper) - centre;
-    vec3 middle = transform_point(*t, centre);
-    clast_box result;
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        const float *row = t->rows[axis].v;
-        float extent = abs1(row[0]) * half[0] + abs1(row[1]) * half[1] + abs1(row[2]) * half[2];
-        result.lower.v[axis] = middle[axis] - extent;
-        result.upper.v[axis] = middle[axis] + extent;
-    }
-    return result;
-}
-
-// Whether all of a box lies on the far side of the plane through `at` whose inner side `normal` points to. Rounding
-// errors go in favour of what may be seen.
-static bool beyond(const clast_box *box, vec3 at, vec3 normal)
-{
-    vec3 centre = (load3(box->lower) + load3(box->upper)) * 0.5f - at;
-    vec3 half = (load3(box->upper) - load3(box->lower)) * 0.5f;
-    vec3 size = vec3(abs1(normal[0]), abs1(normal[1]), abs1(normal[2]));
-    vec3 reach = vec3(abs1(centre[0]), abs1(centre[1]), abs1(centre[2])) + half;
-    return dot3(normal, centre) + dot3(size, half) < -1e-5f * dot3(size, reach);
-}
-
-// Whether no ray of the camera can meet a box.
-static bool outside_camera(const clast_camera *camera, const clast_box *box)
-{
-    if (box_is_empty(box)) {
-        return true;
-    }
-    vec3 position = load3(camera->position);
-    vec3 forward = load3(camera->forward);
-    vec3 sides[2] = {load3(camera->right), load3(camera->up)};
-    float extents[2] = {camera->vertical_extent * camera->aspect, camera->vertical_extent};
-    bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
-    bool hidden = beyond(box, position + forward * camera->near_plane, forward);
-    if (camera->far_plane > 0.0f) {
-        hidden = hidden || beyond(box, position + forward * camera->far_plane, -forward);
-    }
-    for (uint32_t axis = 0; axis < 2; axis++) {
-        vec3 inclined = parallel ? splat3(0.0f) : forward * extents[axis];
-        vec3 offset = parallel ? sides[axis] * extents[axis] : splat3(0.0f);
-        hidden = hidden || beyond(box, position - offset, sides[axis] + inclined);
-        hidden = hidden || beyond(box, position + offset, inclined - sides[axis]);
-    }
-    return hidden;
-}
-
-// An instance as seen from the eye. What is nearest counts: lengths there cover scale / distance as many pixels as at
-// distance one. Squares, as those need no root.
-typedef struct nearness {
-    vec3 eye;              // in the unit's own space
-    float scale_square;    // of lengths, from the unit's space to the world's: the mean over three axes
-    float distance_square; // in world space, from the eye to the unit's box
-    float own_square;      // the same in the unit's own space
-} nearness;
-
-static nearness nearness_of(const clast_frame_instance *instance, const clast_box *box, vec3 eye)
-{
-    nearness result = {.eye = transform_point(instance->to_object, eye)};
-    vec3 away = splat3(0.0f);
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        const float *row = instance->to_world.rows[axis].v;
-        result.scale_square += (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]) * (1.0f / 3.0f);
-        away[axis] = result.eye[axis] - clamp1(result.eye[axis], box->lower.v[axis], box->upper.v[axis]);
-    }
-    vec3 away_in_world = transform_vector(instance->to_world, away);
-    result.own_square = dot3(away, away);
-    result.distance_square = dot3(away_in_world, away_in_world);
-    return result;
-}
-
-// Whether lengths of `a` are seen larger than those of `b`.
-static bool is_nearer(const nearness *a, const nearness *b)
-{
-    return a->scale_square * b->distance_square > b->scale_square * a->distance_square;
-}
-
-// The eye of a view, and pixels that a length of one covers at distance one from it. Parallel rays show everything at
-// the same size: as an eye does that is far away.
-static vec3 eye_of(const clast_frame *frame, const clast_box *box, float *pixels)
-{
-    const clast_camera *camera = &frame->settings.camera;
-    float extent = camera->vertical_extent > 0.0f ? camera->vertical_extent : 1.0f;
-    *pixels = (float)frame->settings.height / (2.0f * extent);
-    vec3 eye = load3(camera->position);
-    if (camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC && !box_is_empty(box)) {
-        vec3 centre = (load3(box->lower) + load3(box->upper)) * 0.5f;
-        float far_away = 1024.0f * length3(load3(box->upper) - load3(box->lower));
-        *pixels *= far_away;
-        eye = centre - load3(camera->forward) * far_away;
-    }
-    return eye;
-}
-
-static bool has_transparency(const clast_scene *scene, const clast_unit *unit)
-{
-    for (uint32_t i = 0; i < unit->material_count; i++) {
-        uint32_t material = unit->materials[i];
-        if (material < scene->material_count && scene->materials[material].record.alpha_mode != CLAST_ALPHA_OPAQUE) {
-            return true;
-        }
-    }
-    return false;
-}
-
-// What makes the view of a unit, found so far.
-typedef struct unit_view {
-    bool known;
-    bool seen;
-    nearness nearest;
-    float pixels;
-} unit_view;
-
-static void classify_range(void *data, size_t begin, size_t end, uint32_t worker)
-{
-    (void)worker;
-    clast_frame *frame = data;
-    for (size_t i = begin; i < end; i++) {
-        clast_frame_instance *instance = &frame->instances[i];
-        instance->bounds = transform_box(&instance->to_world, &frame->units[instance->unit].bounds);
-        instance->hidden = outside_camera(&frame->settings.camera, &instance->bounds);
-    }
-}
-
-static void look_at_instance(const clast_frame *frame, const clast_frame_instance *instance, unit_view *view)
-{
-    const clast_box *box = &frame->units[instance->unit].bounds;
-    float pixels = 0.0f;
-    vec3 eye = eye_of(frame, &instance->bounds, &pixels);
-    nearness here = box_is_empty(box) ? (nearness){.eye = eye} : nearness_of(instance, box, eye);
-    // an instance that is seen comes before all that are not
-    bool better = instance->hidden == !view->seen ? is_nearer(&here, &view->nearest) : !instance->hidden;
-    if (!view->known || better) {
-        view->nearest = here;
-        view->pixels = pixels;
-    }
-    view->known = true;
-    view->seen = view->seen || !instance->hidden;
-}
-
-// Uniform scales change nothing: lengths and distances grow alike. Others are right where the instance is nearest.
-static clast_source_view view_of(const unit_view *found, float rate)
-{
-    const nearness *nearest = &found->nearest;
-    float stretch = rough_sqrt(rough_divide(nearest->scale_square * nearest->own_square, nearest->distance_square));
-    bool sound = nearest->distance_square > 0.0f && is_finite1(stretch) && stretch > 0.0f;
-    return (clast_source_view){
-        .eye = store3(nearest->eye),
-        .pixels_per_unit = found->pixels * (sound ? stretch : 1.0f),
-        .rate = rate,
-        .hidden = found->seen ? 0u : 1u,
-    };
-}
-
-clast_status clast_cpu_classify(clast_frame *frame, void *target)
-{
-    (void)target;
-    unit_view *views = clast_allocate_zeroed(frame->context, frame->unit_count, sizeof *views);
-    if (views == NULL) {
-        return CLAST_ERROR_OUT_OF_MEMORY;
-    }
-    clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, classify_range, frame);
-    for (size_t i = 0; i < frame->instance_count; i++) {
-        look_at_instance(frame, &frame->instances[i], &views[frame->instances[i].unit]);
-    }
-    for (size_t i = 0; i < frame->unit_count; i++) {
-        if (frame->units[i].used) {
-            frame->units[i].view = view_of(&views[i], (float)frame->settings.rate);
-            frame->units[i].filtered = has_transparency(frame->scene, frame->units[i].unit);
-        }
-    }
-    clast_free(frame->context, views);
-    return CLAST_OK;
 }

@@ -77,7 +77,7 @@ static clast_status run_count(clast_frame *frame, clast_frame_unit *unit, count_
             unit->unit->number, (unsigned long long)triangles, (unsigned long long)clusters,
             (unsigned long long)vertices, UINT32_MAX);
     }
-    *result = (clast_source_count){(uint32_t)clusters, (uint32_t)triangles, (uint32_t)vertices, (uint32_t)words};
+    *result = (clast_source_count){(uint32_t)clusters, (uint32_t)triangles, (uint32_t)vertices, (uint32_t)words, 0};
     return CLAST_OK;
 }
 

@@ -43,15 +43,16 @@ FN uint record_form(clast_cluster_record record) { return record.form_and_counts
 FN uint record_triangles(clast_cluster_record record) { return record.form_and_counts >> 8u & 511u; }
 FN uint record_vertices(clast_cluster_record record) { return record.form_and_counts >> 17u & 511u; }
 
-// What a unit's item needs at a rate.
+// What a unit's item needs at a rate. Each stays at 2^32 - 1 where it would be more.
 RECORD(clast_source_count)
 {
     uint clusters;
     uint triangles;
     uint vertices;
     uint words;
+    uint blocks; // of composite clusters: blocks of BLOCK_TRIANGLES, the last of each cluster begun
 };
-RECORD_SIZE(clast_source_count, 16)
+RECORD_SIZE(clast_source_count, 20)
 
 // What a ray or a pixel saw: the visibility buffer's element.
 RECORD(clast_visibility)
@@ -135,11 +136,13 @@ RECORD_SIZE(clast_camera, 68)
 RECORD(clast_source_view)
 {
     packed3 eye;               // in the unit's own space
-    float pixels_per_unit;     // pixels that a length of one covers at distance one
+    float pixels_per_unit;     // pixels that a length of one covers at distance one from the eye, which is far away where
+                               // rays are parallel
     float rate;                // wanted density, 1 is the settings' own
     uint hidden;               // 1 where no camera ray can see it: coarser, but never gone
     clast_transform to_camera; // from the unit's own space: x to the right, y up, z forward; lengths are the world's
     packed2 extent;            // half of what is seen, across and up: at distance one, or anywhere (orthographic)
+    float pixels;              // that a length of one of the world covers: at distance one, or anywhere (orthographic)
     float near_plane;
     uint projection;           // CLAST_PROJECTION_
     uint metric;               // CLAST_METRIC_
@@ -147,6 +150,6 @@ RECORD(clast_source_view)
     float hidden_fraction;     // of the wanted density that is left where nothing is seen
     uint alone;                // 1 where a single instance shows the unit: its parts may be taken for hidden
 };
-RECORD_SIZE(clast_source_view, 104)
+RECORD_SIZE(clast_source_view, 108)
 
 #endif

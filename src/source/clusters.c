@@ -484,7 +484,7 @@ static clast_source_count count(const clast_unit *unit, const clast_pose *pose, 
 {
     (void)pose;
     (void)view;
-    return (clast_source_count){1, clusters_of(unit)->clusters[item].triangle_count, 0, 0};
+    return (clast_source_count){1, clusters_of(unit)->clusters[item].triangle_count, 0, 0, 0};
 }
 
 static void emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
@@ -694,6 +694,7 @@ static void primitive_corners(const clast_unit *unit, const clast_pose *pose, ui
 
 const clast_source CLAST_SOURCE_CLUSTERS_TABLE = {
     .name = "clusters",
+    .most_triangles = CLUSTER_TRIANGLES,
     .work = work,
     .cook = cook,
     .destroy = destroy,

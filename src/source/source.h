@@ -75,6 +75,8 @@ typedef struct clast_unit {
 
 typedef struct clast_source {
     const char *name;
+    uint32_t most_triangles; // of any record
+    bool adapts;             // its records depend on the view
 
     // How long cooking takes, in triangles: for the progress only.
     uint64_t (*work)(const clast_geometry *geometry);

@@ -161,7 +161,7 @@ static clast_source_count count(const clast_unit *base, const clast_pose *pose, 
     (void)pose;
     (void)item;
     uint32_t n = wave_segments(wave_of(base)->sheet, *view);
-    return (clast_source_count){1, 2 * n * n, (n + 1) * (n + 1), 0};
+    return (clast_source_count){1, 2 * n * n, (n + 1) * (n + 1), 0, 0};
 }
 
 static void emit(const clast_unit *base, const clast_pose *pose, const clast_source_view *view, uint32_t item,
@@ -258,6 +258,8 @@ static void primitive_corners(const clast_unit *unit, const clast_pose *pose, ui
 
 const clast_source CLAST_SOURCE_WAVE_TABLE = {
     .name = "wave",
+    .most_triangles = 2 * GRID_SEGMENTS * GRID_SEGMENTS,
+    .adapts = true,
     .work = work,
     .cook = cook,
     .destroy = destroy,

@@ -152,7 +152,7 @@ static void every_side_of_the_frustum_hides(void **state)
     for (int i = 0; i < PLACES; i++) {
         shape_add_instance(context, s.scene, sphere, places[i][0], places[i][1], places[i][2], 1);
     }
-    s.frame->settings.camera.far_plane = 40.0f;
+    s.frame->settings.rate_camera.far_plane = 40.0f;
     stage_run(&s);
     for (int i = 0; i < PLACES; i++) {
         if (s.frame->instances[i].hidden != (places[i][3] != 0.0f)) {
@@ -170,7 +170,7 @@ static void an_orthographic_camera_sees_all_at_the_same_rate(void **state)
         stage s = stage_open(context);
         shape_add_instance(context, s.scene, shape_add_wave(context, s.scene, 4), 0, 0, far_away ? -1000.0f : 0.0f, 1);
         clast_camera_desc desc = {.projection = CLAST_PROJECTION_ORTHOGRAPHIC, .position = {0, 0, 10}, .height = 8.0f};
-        s.frame->settings.camera = clast_camera_record(&desc, 640, 360);
+        s.frame->settings.rate_camera = clast_camera_record(&desc, 640, 360);
         stage_run(&s);
         assert_false(s.frame->instances[0].hidden);
         triangles[far_away] = s.frame->triangles;

@@ -248,7 +248,7 @@ static void a_frame_does_not_depend_on_what_was_made_before(void **state)
     stage_run(&s);
     s.frame->settings.time = 3.3; // another moment, from elsewhere, unbounded
     s.frame->settings.budget = 0;
-    s.frame->settings.camera.position.v[2] = 2.0f;
+    s.frame->settings.rate_camera.position.v[2] = 2.0f;
     stage_run(&s);
     s.frame->settings = wanted;
     s.frame->settings.time = 0.2; // same topology as wanted, other vertices

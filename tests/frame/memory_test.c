@@ -101,9 +101,9 @@ static void a_change_recovers_from_want_of_memory(void **state)
     for (int64_t n = 0; more; n++) {
         stage s = stage_open(context);
         fill_scene(&s);
-        s.frame->settings.camera.position.v[2] = 1000.0f; // coarse first, so that all grows
+        s.frame->settings.rate_camera.position.v[2] = 1000.0f; // coarse first, so that all grows
         stage_run(&s);
-        s.frame->settings.camera = stage_camera();
+        s.frame->settings.rate_camera = stage_camera();
         tear_sphere(&s);
         more = run_short(&s, &shortage, n);
         stage_close(&s);

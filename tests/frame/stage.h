@@ -28,7 +28,14 @@ static inline clast_frame *stage_add_frame(stage *s)
 {
     clast_frame *frame = NULL;
     assert_ok(s->context, clast_frame_create(s->scene, s->cooked, &frame));
-    frame->settings = (clast_frame_settings){.camera = stage_camera(), .width = 640, .height = 360, .rate = 1.0};
+    frame->settings = (clast_frame_settings){.camera = stage_camera(),
+                                             .rate_camera = stage_camera(),
+                                             .width = 640,
+                                             .height = 360,
+                                             .rate = 1.0,
+                                             .segment = 2.0,
+                                             .hidden_fraction = 0.25,
+                                             .displacement_scale = 1.0};
     return frame;
 }
 

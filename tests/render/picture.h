@@ -113,8 +113,10 @@ static inline void picture_build(picture *p)
     assert_ok(p->context, clast_cooked_create(p->context, &p->cooked));
     assert_ok(p->context, clast_cooked_update(p->cooked, p->scene));
     assert_ok(p->context, clast_frame_create(p->scene, p->cooked, &p->frame));
-    p->frame->settings = (clast_frame_settings){.width = size, .height = size, .rate = 1.0};
+    p->frame->settings = (clast_frame_settings){
+        .width = size, .height = size, .rate = 1.0, .segment = 2.0, .displacement_scale = 1.0};
     assert_ok(p->context, clast_scene_choose_camera(p->scene, "", size, size, &p->frame->settings.camera));
+    p->frame->settings.rate_camera = p->frame->settings.camera;
     assert_ok(p->context, clast_frame_run(p->frame, &clast_cpu_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL));
 }
 

@@ -48,11 +48,15 @@ static void check_item(const kind_world *world, const clast_pose *pose, const cl
     uint32_t *words = malloc((count.words + 1) * sizeof *words);
     memset(words, 0xa5, (count.words + 1) * sizeof *words);
     world->source->emit(world->unit, pose, view, item, 1000, 500, words, records);
-    uint32_t triangles = 0, vertices = 0;
+    uint32_t triangles = 0, vertices = 0, blocks = 0;
     for (uint32_t i = 0; i < count.clusters; i++) {
         check_record(world, &records[i], words + (records[i].first_word - 500));
         assert_in_range(records[i].first_word, 500, 500 + count.words);
         triangles += record_triangles(records[i]);
+        if (record_form(records[i]) == FORM_COMPOSITE) {
+            blocks += (record_triangles(records[i]) + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES;
+        }
+        assert_true(record_triangles(records[i]) <= world->source->most_triangles);
         if (world->source->resident(world->unit, &records[i]) == NULL) {
             assert_int_equal(records[i].first_vertex, 1000 + vertices);
             vertices += record_vertices(records[i]);
@@ -63,6 +67,7 @@ static void check_item(const kind_world *world, const clast_pose *pose, const cl
     free(words);
     assert_int_equal(triangles, count.triangles);
     assert_int_equal(vertices, count.vertices);
+    assert_int_equal(blocks, count.blocks);
     free(records);
 }
 

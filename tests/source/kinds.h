@@ -65,11 +65,11 @@ static inline void for_each_kind(void **state, void (*body)(kind_world *world))
 }
 
 // From an eye, along -z.
-#define KIND_VIEW(x, y, z, pixels, density, unseen) \
+#define KIND_VIEW(x, y, z, covered, density, unseen) \
     { \
-        .eye = {{x, y, z}}, .pixels_per_unit = pixels, .rate = density, .hidden = unseen, \
+        .eye = {{x, y, z}}, .pixels_per_unit = covered, .rate = density, .hidden = unseen, \
         .to_camera = {{{{1, 0, 0, -(x)}}, {{0, 1, 0, -(y)}}, {{0, 0, -1, z}}}}, .extent = {{0.8f, 0.45f}}, \
-        .segment = 8, .hidden_fraction = 0.25f, .alone = 1 \
+        .pixels = covered, .segment = 8, .hidden_fraction = 0.25f, .alone = 1 \
     }
 static const clast_source_view kind_views[] = {
     KIND_VIEW(0, 3, 8, 900, 1, 0),    KIND_VIEW(0, 3, 8, 900, 0.125f, 0), KIND_VIEW(0, 0, 0, 900, 1, 0),
