@@ -75,9 +75,14 @@ typedef struct clast_material_desc {
     clast_texture_slot normal_texture;
     clast_texture_slot occlusion_texture;
     clast_texture_slot emissive_texture;
+    /** How far tessellated meshes are displaced along their normals: the texture's red channel, taken as it is, times the
+     *  scale, plus the offset; in the mesh's own unit of length. KHR_materials_displacement. */
+    clast_texture_slot displacement_texture;
+    float displacement_scale;
+    float displacement_offset; /**< counts where there is a displacement texture */
 } clast_material_desc;
 
-/** Light grey, rough, not metallic, double sided, without textures. */
+/** Light grey, rough, not metallic, double sided, without textures; a displacement texture has scale 1 and offset 0. */
 CLAST_API clast_material_desc clast_material_defaults(void);
 
 /** Each adds a copy and gives its number. `name` may be null. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY. */
@@ -124,6 +129,16 @@ CLAST_API clast_status clast_scene_add_wave(clast_scene *scene, const clast_wave
 /** Replaces a mesh's positions, and normals where given (else they go). The counts stay. */
 CLAST_API clast_status clast_scene_set_mesh_positions(clast_scene *scene, uint32_t geometry, const float *positions,
                                                       const float *normals);
+
+/** How a mesh is tessellated. */
+typedef struct clast_tessellation {
+    bool curved; /**< the surface bends along the normals (PN triangles); else it is that of the triangles */
+} clast_tessellation;
+
+/** Lets a mesh be cut anew each frame, as finely as it is seen, and displaced as its materials say; null lets it be as it
+ *  is. Errors: INVALID_ARGUMENT. */
+CLAST_API clast_status clast_scene_set_tessellation(clast_scene *scene, uint32_t geometry,
+                                                    const clast_tessellation *tessellation);
 
 /* ---------------------------------------------------------------------------------------------------------- instances */
 

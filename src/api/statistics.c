@@ -26,7 +26,7 @@ static uint64_t scene_bytes(const clast_scene *scene)
         bytes += image_bytes(&scene->images[i].image);
     }
     for (size_t i = 0; i < scene->geometry_count; i++) {
-        if (scene->geometries[i].kind == CLAST_SOURCE_CLUSTERS) {
+        if (clast_geometry_is_mesh(&scene->geometries[i])) {
             bytes += mesh_bytes(&scene->geometries[i].of.mesh);
         }
     }

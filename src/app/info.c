@@ -55,7 +55,7 @@ static void print_geometries(const clast_scene *scene)
     for (size_t i = 0; i < scene->geometry_count && i < LISTED_MOST; i++) {
         const clast_geometry *geometry = &scene->geometries[i];
         const char *name = name_or(geometry->name, "(no name)");
-        if (geometry->kind == CLAST_SOURCE_CLUSTERS) {
+        if (clast_geometry_is_mesh(geometry)) {
             const clast_mesh *mesh = &geometry->of.mesh;
             printf(
                 "  %zu %s: %s vertices, %s triangles%s%s%s%s\n", i, name,
@@ -154,7 +154,7 @@ static json_t *geometries_array(const clast_scene *scene)
     json_t *array = json_array();
     for (size_t i = 0; array != NULL && i < scene->geometry_count; i++) {
         const clast_geometry *geometry = &scene->geometries[i];
-        bool is_mesh = geometry->kind == CLAST_SOURCE_CLUSTERS;
+        bool is_mesh = clast_geometry_is_mesh(geometry);
         json_t *row = json_pack("{s:o, s:s, s:I, s:I}", "name", clast_report_text(name_or(geometry->name, "")), "kind",
                                 source_texts[geometry->kind], "vertices",
                                 is_mesh ? (json_int_t)geometry->of.mesh.vertex_count : 0, "triangles",

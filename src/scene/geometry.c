@@ -206,7 +206,7 @@ clast_status clast_scene_set_mesh_positions(clast_scene *scene, uint32_t number,
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_context *context = scene->context;
-    if (number >= scene->geometry_count || scene->geometries[number].kind != CLAST_SOURCE_CLUSTERS) {
+    if (number >= scene->geometry_count || !clast_geometry_is_mesh(&scene->geometries[number])) {
         return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "geometry %u is no mesh of the scene", number);
     }
     clast_geometry *geometry = &scene->geometries[number];
@@ -241,6 +241,21 @@ clast_status clast_scene_set_mesh_positions(clast_scene *scene, uint32_t number,
     geometry->of.mesh.normals = normals != NULL ? block + count : NULL;
     geometry->version++;
     scene->position_version++;
+    return CLAST_OK;
+}
+
+clast_status clast_scene_set_tessellation(clast_scene *scene, uint32_t number, const clast_tessellation *tessellation)
+{
+    if (scene == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    if (number >= scene->geometry_count || !clast_geometry_is_mesh(&scene->geometries[number])) {
+        return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "geometry %u is no mesh of the scene", number);
+    }
+    clast_geometry *geometry = &scene->geometries[number];
+    geometry->tessellated = tessellation != NULL;
+    geometry->tessellation = tessellation != NULL ? *tessellation : (clast_tessellation){0};
+    geometry->version++;
     return CLAST_OK;
 }
 

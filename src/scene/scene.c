@@ -191,12 +191,14 @@ clast_material_desc clast_material_defaults(void)
         .normal_scale = 1.0f,
         .occlusion_strength = 1.0f,
         .alpha_cutoff = 0.5f,
+        .displacement_scale = 1.0f,
         .double_sided = true,
         .base_colour_texture = empty_slot(),
         .metallic_roughness_texture = empty_slot(),
         .normal_texture = empty_slot(),
         .occlusion_texture = empty_slot(),
         .emissive_texture = empty_slot(),
+        .displacement_texture = empty_slot(),
     };
 }
 
@@ -227,8 +229,8 @@ static clast_status check_material(const clast_scene *scene, const clast_materia
 {
     const char *wrong = NULL;
     const clast_texture_slot *slots[] = {&material->base_colour_texture, &material->metallic_roughness_texture,
-                                         &material->normal_texture, &material->occlusion_texture,
-                                         &material->emissive_texture};
+                                         &material->normal_texture,      &material->occlusion_texture,
+                                         &material->emissive_texture,    &material->displacement_texture};
     for (size_t i = 0; i < sizeof slots / sizeof *slots; i++) {
         wrong = slot_is_valid(scene, slots[i]) ? wrong
                                                : "a texture slot names a texture or coordinate set that is not there";
@@ -249,6 +251,9 @@ static clast_status check_material(const clast_scene *scene, const clast_materia
     wrong = material->alpha_cutoff >= 0.0f && isfinite(material->alpha_cutoff)
                 ? wrong
                 : "alpha_cutoff must be finite and not negative";
+    wrong = isfinite(material->displacement_scale) && isfinite(material->displacement_offset)
+                ? wrong
+                : "displacement_scale and displacement_offset must be finite";
     wrong = (unsigned)material->alpha_mode <= CLAST_ALPHA_BLEND ? wrong : "alpha_mode is none of the list";
     return wrong == NULL ? CLAST_OK : clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "material: %s", wrong);
 }
@@ -270,6 +275,9 @@ static clast_material material_record(const clast_material_desc *desc)
         .normal_texture = texture_use(&desc->normal_texture),
         .occlusion_texture = texture_use(&desc->occlusion_texture),
         .emissive_texture = texture_use(&desc->emissive_texture),
+        .displacement_texture = texture_use(&desc->displacement_texture),
+        .displacement_scale = desc->displacement_scale,
+        .displacement_offset = desc->displacement_offset,
     };
 }
 
@@ -297,6 +305,18 @@ clast_status clast_scene_add_material(clast_scene *scene, const clast_material_d
     return CLAST_OK;
 }
 
+// Tessellated meshes hold what their materials say of displacement.
+static void note_displacement(clast_scene *scene, const clast_material *before, const clast_material *now)
+{
+    bool same = memcmp(&before->displacement_texture, &now->displacement_texture, sizeof now->displacement_texture) ==
+                    0 &&
+                before->displacement_scale == now->displacement_scale &&
+                before->displacement_offset == now->displacement_offset;
+    for (size_t i = 0; !same && i < scene->geometry_count; i++) {
+        scene->geometries[i].version += scene->geometries[i].tessellated ? 1 : 0;
+    }
+}
+
 clast_status clast_scene_set_material(clast_scene *scene, uint32_t number, const clast_material_desc *material)
 {
     if (scene == NULL || material == NULL) {
@@ -308,8 +328,10 @@ clast_status clast_scene_set_material(clast_scene *scene, uint32_t number, const
     }
     clast_status status = check_material(scene, material);
     if (status == CLAST_OK) {
+        clast_material before = scene->materials[number].record;
         scene->materials[number].record = material_record(material);
         scene->material_version++;
+        note_displacement(scene, &before, &scene->materials[number].record);
     }
     return status;
 }
@@ -438,7 +460,7 @@ void clast_scene_count(const clast_scene *scene, clast_scene_counts *counts)
     };
     for (size_t i = 0; i < scene->geometry_count; i++) {
         const clast_geometry *geometry = &scene->geometries[i];
-        counts->triangles += geometry->kind == CLAST_SOURCE_CLUSTERS ? geometry->of.mesh.triangle_count : 0;
+        counts->triangles += clast_geometry_is_mesh(geometry) ? geometry->of.mesh.triangle_count : 0;
     }
     for (size_t i = 0; i < scene->instance_count; i++) {
         const clast_instance *instance = &scene->instances[i];
@@ -447,7 +469,7 @@ void clast_scene_count(const clast_scene *scene, clast_scene_counts *counts)
         }
         counts->instances++;
         const clast_geometry *geometry = &scene->geometries[instance->geometry];
-        counts->instanced_triangles += geometry->kind == CLAST_SOURCE_CLUSTERS ? geometry->of.mesh.triangle_count : 0;
+        counts->instanced_triangles += clast_geometry_is_mesh(geometry) ? geometry->of.mesh.triangle_count : 0;
     }
     for (size_t i = 0; i < scene->image_count; i++) {
         size_t bytes = 0;

@@ -37,6 +37,8 @@ typedef struct clast_geometry {
         clast_mesh mesh;
         clast_wave wave;
     } of;
+    bool tessellated; // meshes
+    clast_tessellation tessellation;
     char *name;
     uint32_t version; // grows with each change
     void *blocks[CLAST_GEOMETRY_BLOCKS +
@@ -89,6 +91,11 @@ struct clast_scene {
     uint32_t light_version;
     uint32_t position_version; // of all meshes: grows when positions are replaced
 };
+
+static inline bool clast_geometry_is_mesh(const clast_geometry *geometry)
+{
+    return geometry->kind == CLAST_SOURCE_CLUSTERS;
+}
 
 // A mesh with arrays that the scene takes over: blocks[] are freed with the scene, also where this call fails. Arrays that
 // are not among them must lie in a file handed to clast_scene_keep_file. Checks what clast_scene_add_mesh checks.

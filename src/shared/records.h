@@ -103,8 +103,11 @@ RECORD(clast_material)
     clast_texture_use normal_texture;
     clast_texture_use occlusion_texture;
     clast_texture_use emissive_texture;
+    clast_texture_use displacement_texture; // red: a height of texel * displacement_scale + displacement_offset
+    float displacement_scale;
+    float displacement_offset;
 };
-RECORD_SIZE(clast_material, 56 + 5 * 28)
+RECORD_SIZE(clast_material, 56 + 6 * 28 + 8)
 
 RECORD(clast_light)
 {
