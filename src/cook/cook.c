@@ -76,7 +76,8 @@ static clast_status cook_anew(clast_cooked *cooked, const clast_scene *scene, co
     }
     clast_unit *unit = NULL;
     if (status == CLAST_OK) {
-        status = clast_sources[geometry->kind]->cook(cooked->context, scene, geometry, cooked->templates, &unit);
+        clast_cook_job job = {cooked->context, scene, geometry, cooked->templates};
+        status = clast_sources[geometry->kind]->cook(&job, &unit);
     }
     if (status != CLAST_OK) {
         return status;

@@ -342,25 +342,23 @@ static void destroy(clast_unit *base)
     clast_free(context, unit);
 }
 
-static clast_status cook(clast_context *context, const clast_scene *scene, const clast_geometry *geometry,
-                         clast_template_set *templates, clast_unit **result)
+static clast_status cook(const clast_cook_job *job, clast_unit **result)
 {
-    (void)scene;
-    clusters_unit *unit = clast_allocate_zeroed(context, 1, sizeof *unit);
+    clusters_unit *unit = clast_allocate_zeroed(job->context, 1, sizeof *unit);
     if (unit == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     unit->base = (clast_unit){
-        .context = context,
+        .context = job->context,
         .kind = CLAST_SOURCE_CLUSTERS,
-        .geometry = geometry,
-        .geometry_version = geometry->version,
+        .geometry = job->geometry,
+        .geometry_version = job->geometry->version,
         .bytes = sizeof *unit,
     };
-    unit->templates = templates;
+    unit->templates = job->templates;
     unit->box = empty_box();
-    const clast_mesh *mesh = &geometry->of.mesh;
-    clast_status status = mesh->triangle_count != 0 ? cook_mesh(unit, mesh, templates) : CLAST_OK;
+    const clast_mesh *mesh = &job->geometry->of.mesh;
+    clast_status status = mesh->triangle_count != 0 ? cook_mesh(unit, mesh, job->templates) : CLAST_OK;
     if (status != CLAST_OK) {
         destroy(&unit->base);
         return status;

@@ -73,6 +73,14 @@ typedef struct clast_unit {
     uint32_t material_count;
 } clast_unit;
 
+// What is to be cooked, and with what.
+typedef struct clast_cook_job {
+    clast_context *context;
+    const clast_scene *scene;
+    const clast_geometry *geometry; // of the scene; units keep the pointer
+    clast_template_set *templates;  // of all units: further ones are added
+} clast_cook_job;
+
 typedef struct clast_source {
     const char *name;
     uint32_t most_triangles; // of any record
@@ -80,9 +88,8 @@ typedef struct clast_source {
 
     // How long cooking takes, in triangles: for the progress only.
     uint64_t (*work)(const clast_geometry *geometry);
-    // Cooks a geometry of a scene. Templates are added to the scene's set. Sets all of clast_unit but number and serial.
-    clast_status (*cook)(clast_context *context, const clast_scene *scene, const clast_geometry *geometry,
-                         clast_template_set *templates, clast_unit **unit);
+    // Sets all of clast_unit but number and serial.
+    clast_status (*cook)(const clast_cook_job *job, clast_unit **unit);
     void (*destroy)(clast_unit *unit);
     // The geometry's positions changed and its topology did not: take them over, so that `changed` says so. May
     // refuse by CLAST_ERROR_UNSUPPORTED: the unit is cooked anew then.

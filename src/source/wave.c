@@ -64,10 +64,10 @@ static clast_wave_sheet make_sheet(const clast_wave *wave)
     return sheet;
 }
 
-static clast_status cook(clast_context *context, const clast_scene *scene, const clast_geometry *geometry,
-                         clast_template_set *templates, clast_unit **result)
+static clast_status cook(const clast_cook_job *job, clast_unit **result)
 {
-    (void)scene;
+    clast_context *context = job->context;
+    const clast_geometry *geometry = job->geometry;
     clast_status status = check(context, geometry);
     if (status != CLAST_OK) {
         return status;
@@ -77,7 +77,7 @@ static clast_status cook(clast_context *context, const clast_scene *scene, const
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     for (uint32_t n = 1; n <= GRID_SEGMENTS && status == CLAST_OK; n++) {
-        status = clast_template_set_add_grid(templates, n, n, &unit->templates[n]);
+        status = clast_template_set_add_grid(job->templates, n, n, &unit->templates[n]);
     }
     if (status != CLAST_OK) {
         clast_free(context, unit);

@@ -11,8 +11,7 @@ static clast_unit *cook_mesh(clast_context *context, kind_world *world, const cl
     assert_ok(context, clast_scene_add_mesh(world->scene, mesh, "mesh", &geometry));
     world->context = context;
     world->source = clast_sources[CLAST_SOURCE_CLUSTERS];
-    assert_ok(context, world->source->cook(context, world->scene, &world->scene->geometries[geometry], world->templates,
-                                           &world->unit));
+    kind_cook(world, geometry);
     return world->unit;
 }
 
@@ -216,7 +215,8 @@ static void materials_are_listed_once_each(void **state)
     assert_ok(context, clast_scene_add_mesh(scene, &s.mesh, NULL, &geometry));
     const clast_source *source = clast_sources[CLAST_SOURCE_CLUSTERS];
     clast_unit *unit = NULL;
-    assert_ok(context, source->cook(context, scene, &scene->geometries[0], templates, &unit));
+    clast_cook_job job = {context, scene, &scene->geometries[0], templates};
+    assert_ok(context, source->cook(&job, &unit));
     assert_int_equal(unit->material_count, MATERIALS);
     for (uint32_t i = 0; i < MATERIALS; i++) {
         assert_int_equal(unit->materials[i], i * 7 % MATERIALS);

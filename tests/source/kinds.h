@@ -35,6 +35,12 @@ typedef struct kind_world {
     const clast_source *source;
 } kind_world;
 
+static inline void kind_cook(kind_world *world, uint32_t geometry)
+{
+    clast_cook_job job = {world->context, world->scene, &world->scene->geometries[geometry], world->templates};
+    assert_ok(world->context, world->source->cook(&job, &world->unit));
+}
+
 static inline kind_world kind_open(clast_context *context, clast_source_kind kind)
 {
     kind_world world = {.context = context};
@@ -42,8 +48,7 @@ static inline kind_world kind_open(clast_context *context, clast_source_kind kin
     assert_ok(context, clast_template_set_create(context, &world.templates));
     uint32_t geometry = kind_cases[kind].add(context, world.scene);
     world.source = clast_sources[kind];
-    assert_ok(context, world.source->cook(context, world.scene, &world.scene->geometries[geometry], world.templates,
-                                          &world.unit));
+    kind_cook(&world, geometry);
     return world;
 }
 

@@ -139,7 +139,8 @@ static void more_waves_than_single_precision_tells_apart_are_refused(void **stat
     clast_geometry geometry = world.scene->geometries[0];
     geometry.of.wave.wavelength = 1e-30f;
     clast_unit *unit = NULL;
-    assert_int_equal(world.source->cook(context, world.scene, &geometry, world.templates, &unit), CLAST_ERROR_LIMIT);
+    clast_cook_job job = {context, world.scene, &geometry, world.templates};
+    assert_int_equal(world.source->cook(&job, &unit), CLAST_ERROR_LIMIT);
     assert_null(unit);
     kind_close(&world);
 }
