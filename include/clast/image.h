@@ -11,8 +11,10 @@
 extern "C" {
 #endif
 
-/** Reads PNG (8, 16 bit), JPEG, Radiance HDR, PFM, EXR or DDS (BC1 to BC7, and uncompressed); the type is told by the contents. Fills `image`, whose pixels are freed by
- *  clast_image_free. Errors: FILE_NOT_FOUND, FILE_READ, MALFORMED, UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
+/** Reads PNG, JPEG (progressive and CMYK too), WebP (not moving), Radiance HDR, EXR (scanlines or tiles; the first flat part that
+ *  has a picture), PFM, TGA, DDS, or KTX of version 1 or 2 (BC1 to BC7 and uncompressed, packed by zstd or not); the type is told
+ *  by the contents. 16-bit and float pixels are kept. Fills `image`, whose pixels are freed by clast_image_free. Errors:
+ *  FILE_NOT_FOUND, FILE_READ, MALFORMED, UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
 CLAST_API clast_status clast_image_read(clast_context *context, const char *path, clast_image *image);
 CLAST_API void clast_image_free(clast_context *context, clast_image *image);
 
@@ -43,6 +45,14 @@ typedef struct clast_image_difference {
  *  A NaN in one only is an infinite difference. */
 CLAST_API clast_status clast_image_compare(clast_context *context, const clast_image *a, const clast_image *b,
                                            clast_image_difference *difference);
+
+/** What an eye sees of the difference when two images of the same size take turns in one place: FLIP (Andersson et al., 2020),
+ *  from 0 to 1 for each pixel. Integer images are taken as sRGB; float ones as linear, and the largest of the exposures that
+ *  suit the reference counts (HDR-FLIP, 2021). Alpha is not looked at.
+ *  `pixels_per_degree` is of the viewer's eye; 0 is 67, a 4K monitor at the distance of its width. `errors` takes width x height
+ *  values, or may be null; `*mean` their mean. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY. */
+CLAST_API clast_status clast_image_flip(clast_context *context, const clast_image *reference, const clast_image *test,
+                                        double pixels_per_degree, float *errors, double *mean);
 
 #ifdef __cplusplus
 }

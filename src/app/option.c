@@ -72,15 +72,18 @@ static const char *const info_details[] = {
 static const char *const compare_details[] = {
     "A and B are images of any type that is read. Values are those of the files, 0 to 1 for integer types. Prints the mean "
     "squared error (MSE), the peak signal-to-noise ratio for a peak of 1 (PSNR), the largest difference of a channel, and where it "
-    "is. A value that is not a number in one image only is an infinite difference.",
+    "is. A value that is not a number in one image only is an infinite difference. FLIP is what an eye sees of the difference when "
+    "B takes A's place, 0 to 1; of two float images, the largest of the exposures that suit A.",
+    "ERRORS is a picture of FLIP: its values as .pfm or .exr, in false colours as .png, black where nothing is seen.",
     NULL,
 };
 
 const clast_verb_info clast_verbs[CLAST_VERB_COUNT_] = {
-    [CLAST_VERB_RENDER] = {"render", "renders a picture of a scene", "INPUT [OUTPUT]", 1, render_details,
+    [CLAST_VERB_RENDER] = {"render", "renders a picture of a scene", "INPUT [OUTPUT]", 1, 2, render_details,
                            clast_run_render},
-    [CLAST_VERB_GENERATE] = {"generate", "writes a procedural scene as files", "SCENE OUTPUT", 2, generate_details,
+    [CLAST_VERB_GENERATE] = {"generate", "writes a procedural scene as files", "SCENE OUTPUT", 2, 2, generate_details,
                              clast_run_generate},
-    [CLAST_VERB_INFO] = {"info", "tells what a file holds", "INPUT", 1, info_details, clast_run_info},
-    [CLAST_VERB_COMPARE] = {"compare", "tells how two images differ", "A B", 2, compare_details, clast_run_compare},
+    [CLAST_VERB_INFO] = {"info", "tells what a file holds", "INPUT", 1, 1, info_details, clast_run_info},
+    [CLAST_VERB_COMPARE] = {"compare", "tells how two images differ", "A B [ERRORS]", 2, 3, compare_details,
+                            clast_run_compare},
 };

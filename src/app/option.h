@@ -63,6 +63,10 @@ enum {
     REAL(CLAST_IN_COMPARE, max_mse, "max-mse", 0.0, 0.0, 1e30, "X", "largest mean squared error of images that agree") \
     REAL(CLAST_IN_COMPARE, max_difference, "max-difference", 0.0, 0.0, 1e30, "X", \
          "largest difference of a channel of images that agree; without both bounds, 0: equal images") \
+    REAL(CLAST_IN_COMPARE, max_flip, "max-flip", 0.0, 0.0, 1.0, "X", \
+         "largest mean of FLIP, the difference that an eye sees, 0 to 1, of images that agree") \
+    REAL(CLAST_IN_COMPARE, pixels_per_degree, "pixels-per-degree", 67.0206433, 1.0, 10000.0, "N", \
+         "of the viewer's sight, for FLIP; the default is a 4K monitor as far away as it is wide") \
     OPTIONAL(CLAST_IN_ALL & ~CLAST_IN_GENERATE, json, "json", "FILE", \
              "writes one JSON object of results and statistics into FILE, or on standard output") \
     UINT(CLAST_IN_ALL, threads, "threads", 0, 0, 1024, "N", "threads that work; 0 is one for each processor") \
@@ -77,7 +81,7 @@ enum {
     X(CLAST_ISA_AUTOMATIC, 0, "auto") \
     CLAST_ISA_LIST(X)
 
-enum { CLAST_POSITIONALS_MOST = 2 };
+enum { CLAST_POSITIONALS_MOST = 3 };
 
 // What a command line asks for.
 typedef struct clast_command {
@@ -134,7 +138,7 @@ typedef struct clast_verb_info {
     const char *name;
     const char *summary;
     const char *positionals; // as the usage line has them
-    uint32_t positionals_least;
+    uint32_t positionals_least, positionals_most;
     const char *const *details; // paragraphs; ends with null
     clast_exit (*run)(const clast_command *command);
 } clast_verb_info;

@@ -265,8 +265,7 @@ bool clast_command_parse(clast_verb verb, int count, char *const *arguments, cla
             if (!parse_option(verb, count, arguments, &i, command)) {
                 return false;
             }
-        } else if (positionals == CLAST_POSITIONALS_MOST ||
-                   (positionals == info->positionals_least && verb == CLAST_VERB_INFO)) {
+        } else if (positionals == info->positionals_most) {
             clast_print_error("%s takes %s: \"%s\" is one too many%s", info->name, info->positionals, argument,
                               command->json != NULL ? " (a file for statistics is given as --json=FILE)" : "");
             return false;

@@ -57,4 +57,15 @@ FN vec3 heat_colour(float x)
     return hue * (0.35f + 0.65f * min1(low, high));
 }
 
+// Black, violet, red, orange, pale yellow: brighter with every step, also to eyes that see no colours.
+FN vec3 ember_colour(float x)
+{
+    float t = clamp1(x, 0.0f, 1.0f);
+    float red = clamp1(2.6f * t - 0.05f, 0.0f, 1.0f);
+    float green = clamp1(1.7f * t - 0.75f, 0.0f, 0.97f);
+    float violet = 1.9f * t * clamp1(1.0f - 1.35f * t, 0.0f, 1.0f);
+    float pale = clamp1(5.0f * t - 4.3f, 0.0f, 0.7f);
+    return vec3(red, green, max1(violet, pale));
+}
+
 #endif

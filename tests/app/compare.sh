@@ -13,14 +13,14 @@ pfm n.pfm "$zero" "$nan"
 printf 'Pf\n1 1\n-1.0\n%b' "$zero" >small.pfm
 
 works compare a.pfm a.pfm
-grep -q 'MSE 0, PSNR inf dB, maximum 0: the images agree' out.txt || wrong "equal images: $(cat out.txt)"
+grep -q 'MSE 0, PSNR inf dB, FLIP 0.000000, maximum 0: the images agree' out.txt || wrong "equal images: $(cat out.txt)"
 differs() {
     "$CLAST" compare "$@" >out.txt 2>err.txt
     [ $? -eq 1 ] || wrong "compare $*: did not end with 1"
     [ ! -s err.txt ] || wrong "compare $*: $(cat err.txt)"
 }
 differs a.pfm b.pfm
-grep -q 'MSE 0.125, PSNR 9.03 dB, maximum 0.5 at 1,0, 1 pixels differ: the images differ' out.txt || wrong "figures: $(cat out.txt)"
+grep -q 'MSE 0.125, PSNR 9.03 dB, FLIP [01][.0-9]*, maximum 0.5 at 1,0, 1 pixels differ: the images differ' out.txt || wrong "figures: $(cat out.txt)"
 works compare --max-difference 0.5 a.pfm b.pfm
 differs --max-difference 0.49 a.pfm b.pfm
 works compare --max-mse 0.125 a.pfm b.pfm
@@ -33,6 +33,14 @@ differs --max-mse 1e30 --max-difference 1e30 a.pfm n.pfm
 "$JSON_HAS" out.txt mse maximum differing_pixels agree >values.txt || wrong "JSON: $(cat out.txt)"
 [ "$(tr '\n' ' ' <values.txt)" = '0.125 0.5 1 false ' ] || wrong "JSON: $(cat values.txt)"
 
+works compare --max-flip 1 a.pfm b.pfm
+differs --max-flip 0.01 a.pfm b.pfm
+works compare a.pfm a.pfm same.png
+works compare same.png same.png
+differs a.pfm b.pfm errors.pfm
+[ "$(head -c 2 errors.pfm)" = Pf ] || wrong 'errors.pfm is not a PFM file of one channel'
+fails 2 'errors.txt' compare a.pfm a.pfm errors.txt
+fails 2 'one too many' compare a.pfm a.pfm errors.pfm more
 fails 2 'missing.png' compare a.pfm missing.png
 fails 2 'expected equal sizes' compare a.pfm small.pfm
 fails 2 'compare.sh' compare a.pfm "$DATA/compare.sh"
