@@ -11,8 +11,11 @@ clast_status clast_cooked_create(clast_context *context, clast_cooked **result)
     }
     cooked->context = context;
     clast_status status = clast_template_set_create(context, &cooked->templates);
+    if (status == CLAST_OK) {
+        status = clast_height_store_create(context, &cooked->heights);
+    }
     if (status != CLAST_OK) {
-        clast_free(context, cooked);
+        clast_cooked_destroy(cooked);
         return status;
     }
     *result = cooked;
@@ -42,6 +45,7 @@ void clast_cooked_destroy(clast_cooked *cooked)
     clast_free(context, cooked->units);
     clast_free(context, cooked->retired);
     clast_free(context, cooked->geometries);
+    clast_height_store_destroy(cooked->heights);
     clast_template_set_destroy(cooked->templates);
     clast_free(context, cooked);
 }
@@ -76,7 +80,7 @@ static clast_status cook_anew(clast_cooked *cooked, const clast_scene *scene, co
     }
     clast_unit *unit = NULL;
     if (status == CLAST_OK) {
-        clast_cook_job job = {cooked->context, scene, geometry, cooked->templates};
+        clast_cook_job job = {cooked->context, scene, geometry, cooked->templates, cooked->heights};
         status = clast_sources[geometry->kind]->cook(&job, &unit);
     }
     if (status != CLAST_OK) {

@@ -9,6 +9,7 @@
 typedef struct clast_cooked {
     clast_context *context;
     clast_template_set *templates;
+    clast_height_store *heights;
     clast_unit **units;
     size_t unit_count, unit_capacity;
     clast_geometry

@@ -16,6 +16,7 @@
 #include "clast/accel.h"
 #include "scene/scene.h"
 #include "shared/records.h"
+#include "source/height.h"
 
 // A moment of a unit: what moves is a function of these and of the geometry's arrays.
 typedef struct clast_pose {
@@ -79,6 +80,7 @@ typedef struct clast_cook_job {
     const clast_scene *scene;
     const clast_geometry *geometry; // of the scene; units keep the pointer
     clast_template_set *templates;  // of all units: further ones are added
+    clast_height_store *heights;    // displacement maps that units share
 } clast_cook_job;
 
 typedef struct clast_source {

@@ -215,7 +215,8 @@ static void materials_are_listed_once_each(void **state)
     assert_ok(context, clast_scene_add_mesh(scene, &s.mesh, NULL, &geometry));
     const clast_source *source = clast_sources[CLAST_SOURCE_CLUSTERS];
     clast_unit *unit = NULL;
-    clast_cook_job job = {context, scene, &scene->geometries[0], templates};
+    clast_cook_job job = {
+        .context = context, .scene = scene, .geometry = &scene->geometries[0], .templates = templates};
     assert_ok(context, source->cook(&job, &unit));
     assert_int_equal(unit->material_count, MATERIALS);
     for (uint32_t i = 0; i < MATERIALS; i++) {

@@ -31,13 +31,15 @@ typedef struct kind_world {
     clast_context *context;
     clast_scene *scene;
     clast_template_set *templates;
+    clast_height_store *heights;
     clast_unit *unit;
     const clast_source *source;
 } kind_world;
 
 static inline void kind_cook(kind_world *world, uint32_t geometry)
 {
-    clast_cook_job job = {world->context, world->scene, &world->scene->geometries[geometry], world->templates};
+    clast_cook_job job = {world->context, world->scene, &world->scene->geometries[geometry], world->templates,
+                          world->heights};
     assert_ok(world->context, world->source->cook(&job, &world->unit));
 }
 
@@ -46,6 +48,7 @@ static inline kind_world kind_open(clast_context *context, clast_source_kind kin
     kind_world world = {.context = context};
     assert_ok(context, clast_scene_create(context, &world.scene));
     assert_ok(context, clast_template_set_create(context, &world.templates));
+    assert_ok(context, clast_height_store_create(context, &world.heights));
     uint32_t geometry = kind_cases[kind].add(context, world.scene);
     world.source = clast_sources[kind];
     kind_cook(&world, geometry);
@@ -55,6 +58,7 @@ static inline kind_world kind_open(clast_context *context, clast_source_kind kin
 static inline void kind_close(kind_world *world)
 {
     world->source->destroy(world->unit);
+    clast_height_store_destroy(world->heights);
     clast_template_set_destroy(world->templates);
     clast_scene_destroy(world->scene);
 }

@@ -139,7 +139,7 @@ static void more_waves_than_single_precision_tells_apart_are_refused(void **stat
     clast_geometry geometry = world.scene->geometries[0];
     geometry.of.wave.wavelength = 1e-30f;
     clast_unit *unit = NULL;
-    clast_cook_job job = {context, world.scene, &geometry, world.templates};
+    clast_cook_job job = {context, world.scene, &geometry, world.templates, world.heights};
     assert_int_equal(world.source->cook(&job, &unit), CLAST_ERROR_LIMIT);
     assert_null(unit);
     kind_close(&world);
