@@ -8,12 +8,11 @@
 #include "base/size.h"
 #include "base/thread.h"
 #include "clast/geometry.h"
-#include "source/source.h"
+#include "source/mesh.h"
 
 enum {
     CLUSTER_GRAIN = 64,
     BOX_GRAIN = 65536,
-    CORNER_GRAIN = 65536,
     PROGRESS_TRIANGLES = 1000000, // meshes of fewer are cooked in less time than it takes to look
 };
 
@@ -40,19 +39,6 @@ typedef struct clusters_unit {
 static const clusters_unit *clusters_of(const clast_unit *unit)
 {
     return (const clusters_unit *)unit;
-}
-
-static packed3 mesh_position(const clast_mesh *mesh, size_t vertex)
-{
-    packed3 position;
-    memcpy(&position, mesh->positions + 3 * vertex, sizeof position);
-    return position;
-}
-
-static uint32_t mesh_material(const clast_mesh *mesh, size_t triangle)
-{
-    uint32_t material = mesh->triangle_materials != NULL ? mesh->triangle_materials[triangle] : mesh->material;
-    return material != CLAST_NONE ? material : 0;
 }
 
 // How long cooking takes: in triangles.
@@ -112,116 +98,18 @@ static clast_status bound_positions(clusters_unit *unit)
     return CLAST_OK;
 }
 
-// -------------------------------------------------------------------------------------------------------- materials
-
-// The different materials, in order of first use: an open hash table of numbers into the list.
-typedef struct material_table {
-    uint32_t *slots; // place in the list plus one; 0 is free
-    size_t slot_count;
-    uint32_t *list;
-    size_t count, capacity;
-} material_table;
-
-static uint32_t *material_slot(material_table *table, uint32_t material)
-{
-    size_t slot = material * 2654435761u % table->slot_count;
-    while (table->slots[slot] != 0 && table->list[table->slots[slot] - 1] != material) {
-        slot = (slot + 1) % table->slot_count;
-    }
-    return &table->slots[slot];
-}
-
-static clast_status grow_materials(clast_context *context, material_table *table)
-{
-    size_t count = table->slot_count != 0 ? table->slot_count * 2 : 64;
-    uint32_t *slots = clast_allocate_zeroed(context, count, sizeof *slots);
-    if (slots == NULL) {
-        return CLAST_ERROR_OUT_OF_MEMORY;
-    }
-    clast_free(context, table->slots);
-    table->slots = slots;
-    table->slot_count = count;
-    for (size_t i = 0; i < table->count; i++) {
-        *material_slot(table, table->list[i]) = (uint32_t)i + 1;
-    }
-    return CLAST_OK;
-}
-
-static clast_status add_material(clast_context *context, material_table *table, uint32_t material)
-{
-    if (2 * table->count >= table->slot_count) {
-        clast_status status = grow_materials(context, table);
-        if (status != CLAST_OK) {
-            return status;
-        }
-    }
-    uint32_t *slot = material_slot(table, material);
-    if (*slot != 0) {
-        return CLAST_OK;
-    }
-    clast_status status = CLAST_RESERVE(context, table->list, table->capacity, table->count + 1);
-    if (status == CLAST_OK) {
-        table->list[table->count++] = material;
-        *slot = (uint32_t)table->count;
-    }
-    return status;
-}
-
-static clast_status list_materials(clusters_unit *unit, const clast_mesh *mesh)
-{
-    clast_context *context = unit->base.context;
-    material_table table = {0};
-    clast_status status = CLAST_OK;
-    size_t looked_at = mesh->triangle_materials != NULL || mesh->triangle_count == 0 ? mesh->triangle_count : 1;
-    uint32_t last = CLAST_NONE; // no triangle's: mesh_material never gives it
-    for (size_t i = 0; i < looked_at && status == CLAST_OK; i++) {
-        uint32_t material = mesh_material(mesh, i);
-        if (material != last) {
-            status = add_material(context, &table, material);
-            last = material;
-        }
-    }
-    clast_free(context, table.slots);
-    unit->base.materials = table.list;
-    unit->base.material_count = (uint32_t)table.count;
-    return status;
-}
-
 // ------------------------------------------------------------------------------------------------------------- cook
 
-typedef struct weld_job {
-    const uint32_t *indices;
-    const uint32_t *remap;
-    uint32_t *welded;
-} weld_job;
-
-static void weld_range(void *data, size_t begin, size_t end, uint32_t worker)
-{
-    (void)worker;
-    weld_job *job = data;
-    for (size_t i = begin; i < end; i++) {
-        job->welded[i] = job->remap[job->indices[i]];
-    }
-}
-
-// The mesh's indices with equal positions made one, in a new block; null where they are as they should be already.
 static clast_status weld(clast_context *context, const clast_mesh *mesh, uint32_t **welded)
 {
-    *welded = NULL;
     uint32_t *remap = clast_allocate(context, mesh->vertex_count, sizeof *remap);
     if (remap == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     size_t unique = 0;
     clast_status status = clast_weld_positions(context, mesh->positions, mesh->vertex_count, remap, &unique);
-    size_t corners = (size_t)mesh->triangle_count * 3;
-    if (status == CLAST_OK && unique != mesh->vertex_count) {
-        *welded = clast_allocate(context, corners, sizeof **welded);
-        status = *welded != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
-    }
-    if (status == CLAST_OK && *welded != NULL) {
-        weld_job job = {mesh->indices, remap, *welded};
-        clast_parallel_for(context, corners, CORNER_GRAIN, weld_range, &job);
+    if (status == CLAST_OK) {
+        status = clast_mesh_weld(context, mesh, remap, unique, welded);
     }
     clast_free(context, remap);
     return status;
@@ -243,7 +131,7 @@ static void gather_range(void *data, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         clast_cluster from = job->clusters->clusters[i];
         for (uint32_t v = from.first_vertex; v < from.first_vertex + from.vertex_count; v++) {
-            unit->positions[v] = mesh_position(job->mesh, job->clusters->vertices[v]);
+            unit->positions[v] = clast_mesh_position(job->mesh, job->clusters->vertices[v]);
         }
         memcpy(unit->triangles + from.first_triangle, job->clusters->triangles + from.first_triangle,
                from.triangle_count * sizeof *unit->triangles);
@@ -301,7 +189,7 @@ static clast_status cook_mesh(clusters_unit *unit, const clast_mesh *mesh, clast
     clast_context *context = unit->base.context;
     uint32_t *welded = NULL;
     clast_clusters clusters = {0};
-    clast_status status = list_materials(unit, mesh);
+    clast_status status = clast_mesh_list_materials(context, mesh, &unit->base.materials, &unit->base.material_count);
     if (status == CLAST_OK) {
         status = weld(context, mesh, &welded);
     }
@@ -391,7 +279,7 @@ static bool gather_cluster(const clusters_unit *unit, const clast_mesh *mesh, co
         uint32_t corners[3];
         clast_template_triangle(unit->templates, cluster->template_index, t, corners);
         for (uint32_t k = 0; k < 3; k++) {
-            packed3 position = mesh_position(mesh, vertices[k]);
+            packed3 position = clast_mesh_position(mesh, vertices[k]);
             if (known[corners[k]] && !same_position(positions[corners[k]], position)) {
                 return false;
             }
@@ -530,145 +418,10 @@ static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose
 
 // -------------------------------------------------------------------------------------------------------- attributes
 
-typedef struct triangle_corners {
-    const uint32_t *vertices;
-    vec3 weights;
-} triangle_corners;
-
-static vec3 blend3(const float *values, triangle_corners at, size_t stride)
-{
-    vec3 sum = splat3(0.0f);
-    for (uint32_t k = 0; k < 3; k++) {
-        const float *value = values + stride * at.vertices[k];
-        sum += vec3(value[0], value[1], value[2]) * at.weights[k];
-    }
-    return sum;
-}
-
-static vec2 blend2(const float *values, triangle_corners at)
-{
-    vec2 sum = splat2(0.0f);
-    for (uint32_t k = 0; k < 3; k++) {
-        const float *value = values + 2 * (size_t)at.vertices[k];
-        sum += vec2(value[0], value[1]) * at.weights[k];
-    }
-    return sum;
-}
-
-static vec4 blend4(const float *values, triangle_corners at)
-{
-    vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-    for (uint32_t k = 0; k < 3; k++) {
-        const float *value = values + 4 * (size_t)at.vertices[k];
-        sum += vec4(value[0], value[1], value[2], value[3]) * at.weights[k];
-    }
-    return sum;
-}
-
-// Two edges of a triangle, scaled by a power of two so that their products neither overflow nor vanish.
-typedef struct scaled_edges {
-    vec3 first, second;
-    float scale; // what they were multiplied by; 0 where there is no triangle to speak of
-} scaled_edges;
-
-static scaled_edges edges_of(const clast_mesh *mesh, const uint32_t *vertices)
-{
-    vec3 origin = load3(mesh_position(mesh, vertices[0]));
-    vec3 first = load3(mesh_position(mesh, vertices[1])) - origin;
-    vec3 second = load3(mesh_position(mesh, vertices[2])) - origin;
-    float largest = 0.0f;
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        largest = max1(largest, max1(abs1(first[axis]), abs1(second[axis])));
-    }
-    if (!(largest > 0.0f) || !is_finite1(largest)) {
-        return (scaled_edges){splat3(0.0f), splat3(0.0f), 0.0f};
-    }
-    int exponent = 0;
-    frexpf(largest, &exponent);
-    exponent = exponent < -120 ? -120 : exponent; // 2^120 is the most that is needed to stay clear of denormals
-    float scale = ldexpf(1.0f, -exponent);
-    return (scaled_edges){first * scale, second * scale, scale};
-}
-
-// Texture space of a triangle: edges of the first coordinates.
-typedef struct texture_edges {
-    vec2 first, second;
-    float determinant;
-} texture_edges;
-
-static texture_edges texture_edges_of(const clast_mesh *mesh, const uint32_t *vertices)
-{
-    const float *coordinates = mesh->coordinates[0];
-    if (coordinates == NULL) {
-        return (texture_edges){splat2(0.0f), splat2(0.0f), 0.0f};
-    }
-    const float *a = coordinates + 2 * (size_t)vertices[0];
-    const float *b = coordinates + 2 * (size_t)vertices[1];
-    const float *c = coordinates + 2 * (size_t)vertices[2];
-    vec2 first = vec2(b[0] - a[0], b[1] - a[1]);
-    vec2 second = vec2(c[0] - a[0], c[1] - a[1]);
-    return (texture_edges){first, second, first[0] * second[1] - first[1] * second[0]};
-}
-
-static float texels_per_length(scaled_edges edges, texture_edges texture, vec3 normal)
-{
-    float area = length3(normal); // of the scaled triangle
-    float ratio = sqrtf(abs1(texture.determinant) / area) * edges.scale;
-    return area > 0.0f && is_finite1(ratio) ? ratio : 0.0f;
-}
-
-// The way in which the first texture coordinate grows, for meshes that bring no tangents. The sign follows glTF: the
-// bitangent points to where the second coordinate falls.
-static void tangent_of_texture(clast_source_surface *surface, scaled_edges edges, texture_edges texture)
-{
-    float sign = texture.determinant > 0.0f ? 1.0f : -1.0f;
-    vec3 tangent = (edges.first * texture.second[1] - edges.second * texture.first[1]) * sign;
-    bool sound = texture.determinant != 0.0f && is_finite3(tangent);
-    surface->tangent = sound ? tangent : splat3(0.0f);
-    surface->bitangent_sign = -sign;
-}
-
-static void set_frame(clast_source_surface *surface, const clast_mesh *mesh, triangle_corners at)
-{
-    scaled_edges edges = edges_of(mesh, at.vertices);
-    texture_edges texture = texture_edges_of(mesh, at.vertices);
-    surface->geometric_normal = cross3(edges.first, edges.second);
-    surface->texels_per_length = texels_per_length(edges, texture, surface->geometric_normal);
-    surface->normal = surface->geometric_normal;
-    if (mesh->normals != NULL) {
-        vec3 normal = blend3(mesh->normals, at, 3);
-        float square = dot3(normal, normal); // zero where opposite normals meet
-        surface->normal = square > 1e-12f && is_finite1(square) ? normal : surface->geometric_normal;
-    }
-    tangent_of_texture(surface, edges, texture);
-    if (mesh->tangents != NULL) {
-        vec3 tangent = blend3(mesh->tangents, at, 4);
-        if (is_finite3(tangent) && dot3(tangent, tangent) > 1e-12f) {
-            surface->tangent = tangent;
-            surface->bitangent_sign = mesh->tangents[4 * (size_t)at.vertices[0] + 3] < 0.0f ? -1.0f : 1.0f;
-        }
-    }
-}
-
 static clast_source_surface evaluate(const clast_unit *unit, const clast_pose *pose, clast_surface_point point)
 {
-    (void)pose;
-    const clast_mesh *mesh = &unit->geometry->of.mesh;
-    vec2 weights = load2(point.coordinates);
-    triangle_corners at = {
-        mesh->indices + 3 * (size_t)point.primitive,
-        vec3(1.0f - weights[0] - weights[1], weights[0], weights[1]),
-    };
-    clast_source_surface surface = {
-        .position = blend3(mesh->positions, at, 3),
-        .colour = mesh->colours != NULL ? blend4(mesh->colours, at) : vec4(1.0f, 1.0f, 1.0f, 1.0f),
-        .material = mesh_material(mesh, point.primitive),
-    };
-    for (uint32_t set = 0; set < 2; set++) {
-        surface.coordinates[set] = mesh->coordinates[set] != NULL ? blend2(mesh->coordinates[set], at) : splat2(0.0f);
-    }
-    set_frame(&surface, mesh, at);
-    return surface;
+    clast_mesh mesh = clast_mesh_posed(&unit->geometry->of.mesh, pose);
+    return clast_mesh_evaluate(&mesh, point);
 }
 
 static uint32_t primitive_count(const clast_unit *unit)
@@ -678,7 +431,7 @@ static uint32_t primitive_count(const clast_unit *unit)
 
 static uint32_t primitive_material(const clast_unit *unit, uint32_t primitive)
 {
-    return mesh_material(&unit->geometry->of.mesh, primitive);
+    return clast_mesh_material(&unit->geometry->of.mesh, primitive);
 }
 
 static void primitive_corners(const clast_unit *unit, const clast_pose *pose, uint32_t primitive, vec3 corners[3])
@@ -686,7 +439,7 @@ static void primitive_corners(const clast_unit *unit, const clast_pose *pose, ui
     (void)pose;
     const clast_mesh *mesh = &unit->geometry->of.mesh;
     for (uint32_t k = 0; k < 3; k++) {
-        corners[k] = load3(mesh_position(mesh, mesh->indices[3 * (size_t)primitive + k]));
+        corners[k] = load3(clast_mesh_position(mesh, mesh->indices[3 * (size_t)primitive + k]));
     }
 }
 
