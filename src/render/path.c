@@ -64,7 +64,8 @@ static interaction interact(const clast_path *path, const clast_shading_point *p
     interaction at = {.point = *point, .frame = basis_around(point->normal)};
     at.view = to_basis(at.frame, path->direction * -1.0f);
     at.view[2] = max1(at.view[2], 1e-6f);
-    at.brdf = brdf_make(point->base_colour, point->metallic, point->roughness, path->alpha_floor, at.view[2]);
+    at.brdf = brdf_make(brdf_input(point->base_colour, point->metallic, point->roughness), path->alpha_floor,
+                        at.view[2]);
     return at;
 }
 
@@ -125,7 +126,7 @@ static bool sample_direction(const clast_render_target *target, clast_path *path
     // Light that is focused by a sharp surface onto a dull one is found by rare chance; seen from dull surfaces, sharp ones
     // are blurred (Kaplanyan and Dachsbacher, Path Space Regularization for Holistic and Robust Light Transport, 2013).
     bool specular = lobe < at->brdf.specular_share;
-    path->alpha_floor = max1(path->alpha_floor, specular ? GLOSSY_WIDTH * at->brdf.alpha : DIFFUSE_WIDTH);
+    path->alpha_floor = max1(path->alpha_floor, specular ? GLOSSY_WIDTH * at->brdf.alpha.v[1] : DIFFUSE_WIDTH);
     return largest3(path->throughput) > 0.0f;
 }
 

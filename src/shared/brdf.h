@@ -93,17 +93,21 @@ TABLE float GGX_MEAN_RIM[16] = {
     0.01648f, 0.01274f, 0.00979f, 0.00752f, 0.00580f, 0.00449f, 0.00351f, 0.00276f
 };
 
+// A surface's specular layer and what is below it, for one view.
 RECORD(clast_brdf)
 {
     packed3 diffuse;         // c_diff, times what the layer above lets through on the viewer's side
-    packed3 specular;        // f0
+    packed3 specular;        // reflectance head on, f0
+    packed3 edge;            // and at grazing angles, f90
     packed3 multiple;        // share of what single scattering loses that comes out in the end, over the mean loss
-    float alpha;             // roughness squared
-    float roughness;
+    packed2 alpha;           // roughness squared, along x and y
+    float layer;             // f0 and f90 of the layer over the diffuse part
+    float layer_edge;
+    float roughness;         // of a lobe as wide both ways
     float loss;              // of single scattering, seen from the viewer
     float specular_share;    // of the samples
 };
-RECORD_SIZE(clast_brdf, 52)
+RECORD_SIZE(clast_brdf, 76)
 
 // The scattered part of light from a direction, times the cosine, and the density with which brdf_direction finds it.
 RECORD(clast_brdf_answer)
@@ -112,6 +116,32 @@ RECORD(clast_brdf_answer)
     float density;
 };
 RECORD_SIZE(clast_brdf_answer, 16)
+
+// What a surface is made of: glTF 2.0's metallic-roughness model with KHR_materials_ior, _specular and _anisotropy.
+RECORD(clast_brdf_input)
+{
+    packed3 base_colour;
+    float metallic;
+    float roughness;
+    float ior;               // zero is infinite
+    float specular;
+    packed3 specular_colour;
+    float anisotropy;        // 0 to 1: how much wider highlights are along x
+};
+RECORD_SIZE(clast_brdf_input, 44)
+
+FN clast_brdf_input brdf_input(vec3 base_colour, float metallic, float roughness)
+{
+    clast_brdf_input made;
+    made.base_colour = store3(base_colour);
+    made.metallic = metallic;
+    made.roughness = roughness;
+    made.ior = 1.5f;
+    made.specular = 1.0f;
+    made.specular_colour = store3(splat3(1.0f));
+    made.anisotropy = 0.0f;
+    return made;
+}
 
 // Loss and rim.
 FN vec2 ggx_albedo(float roughness, float cosine)
@@ -137,10 +167,10 @@ FN vec2 ggx_mean_albedo(float roughness)
     return vec2(mix1(GGX_MEAN_LOSS[r], GGX_MEAN_LOSS[r + 1u], t), mix1(GGX_MEAN_RIM[r], GGX_MEAN_RIM[r + 1u], t));
 }
 
-// What a specular layer of reflectance f0 does not reflect.
-FN float passed_below(float f0, vec2 albedo)
+// What a specular layer of reflectance f0, f90 at grazing angles, does not reflect.
+FN float passed_below(float f0, float f90, vec2 albedo)
 {
-    return 1.0f - albedo[1] - f0 * max1(1.0f - albedo[0] - albedo[1], 0.0f);
+    return 1.0f - f90 * albedo[1] - f0 * max1(1.0f - albedo[0] - albedo[1], 0.0f);
 }
 
 FN float fifth_power(float x)
@@ -149,40 +179,57 @@ FN float fifth_power(float x)
     return square * square * x;
 }
 
-FN vec3 fresnel_schlick(vec3 f0, float cosine)
+FN vec3 fresnel_schlick(vec3 f0, vec3 f90, float cosine)
 {
     float rise = fifth_power(clamp1(1.0f - cosine, 0.0f, 1.0f));
-    return f0 + (splat3(1.0f) - f0) * rise;
+    return f0 + (f90 - f0) * rise;
+}
+
+// Reflectance, head on, of the border between air and a medium.
+FN float reflectance_of_ior(float ior)
+{
+    float root = rough_divide(ior - 1.0f, ior + 1.0f);
+    return ior > 0.0f ? root * root : 1.0f;
 }
 
 // A surface seen under a cosine. `alpha_floor` widens the lobe: a path's later surfaces need not be sharper than its
 // first.
-FN clast_brdf brdf_make(vec3 base_colour, float metallic, float roughness, float alpha_floor, float cosine)
+FN clast_brdf brdf_make(clast_brdf_input from, float alpha_floor, float cosine)
 {
     clast_brdf brdf;
-    vec3 f0 = mix3(splat3(DIELECTRIC_F0), base_colour, metallic);
+    vec3 base_colour = load3(from.base_colour);
+    float metallic = from.metallic;
+    vec3 dielectric = min3(load3(from.specular_colour) * reflectance_of_ior(from.ior), splat3(1.0f)) * from.specular;
+    vec3 f0 = mix3(dielectric, base_colour, metallic);
+    vec3 f90 = splat3(mix1(from.specular, 1.0f, metallic));
     vec3 diffuse = base_colour * (1.0f - metallic);
-    brdf.alpha = max1(max1(roughness * roughness, ALPHA_LEAST), alpha_floor);
-    brdf.roughness = rough_sqrt(brdf.alpha);
+    float least = max1(ALPHA_LEAST, alpha_floor);
+    float across = from.roughness * from.roughness;
+    float along = mix1(across, 1.0f, from.anisotropy * from.anisotropy); // KHR_materials_anisotropy
+    brdf.alpha = store2(vec2(max1(along, least), max1(across, least)));
+    brdf.roughness = rough_sqrt(rough_sqrt(load2(brdf.alpha)[0] * load2(brdf.alpha)[1]));
     vec2 seen = ggx_albedo(brdf.roughness, cosine);
     vec2 mean = ggx_mean_albedo(brdf.roughness);
     brdf.loss = seen[0];
     // Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017: what is scattered again leaves
     // diffusely, and meets the mean Fresnel reflectance at each bounce.
-    vec3 again = f0 * 0.952380952f + splat3(0.0476190476f);
+    vec3 again = f0 * 0.952380952f + f90 * 0.0476190476f;
     vec3 rest = splat3(1.0f) - again * mean[0];
     vec3 gain = again * again * (1.0f - mean[0]);
     float scale = mean[0] > 1e-4f ? rough_divide(1.0f, mean[0]) : 0.0f;
     gain = vec3(rough_divide(gain[0], rest[0]), rough_divide(gain[1], rest[1]), rough_divide(gain[2], rest[2]));
     brdf.multiple = store3(gain * scale);
     brdf.specular = store3(f0);
+    brdf.edge = store3(f90);
     // glTF weighs the diffuse part by 1 - F of the half vector, which gives more than all light back at grazing angles.
     // Kelemen and Szirmay-Kalos, A Microfacet Based Coupled Specular-Matte BRDF Model, 2001, let through what the layer
     // does not reflect. The layer over the diffuse part is the dielectric's, also where metal is mixed in: glTF mixes
-    // whole surfaces.
-    float passed = passed_below(DIELECTRIC_F0, seen);
-    brdf.diffuse = store3(diffuse * rough_divide(passed, passed_below(DIELECTRIC_F0, mean)));
-    float specular = seen[1] + luminance(f0) * max1(1.0f - seen[0] - seen[1], 0.0f);
+    // whole surfaces. Of a coloured one, the brightest colour counts for all, as KHR_materials_specular has it.
+    brdf.layer = largest3(dielectric);
+    brdf.layer_edge = from.specular;
+    float passed = passed_below(brdf.layer, brdf.layer_edge, seen);
+    brdf.diffuse = store3(diffuse * rough_divide(passed, max1(passed_below(brdf.layer, brdf.layer_edge, mean), 1e-6f)));
+    float specular = f90[0] * seen[1] + luminance(f0) * max1(1.0f - seen[0] - seen[1], 0.0f);
     float other = luminance(diffuse) * passed + luminance(load3(brdf.multiple)) * mean[0] * brdf.loss;
     float likely = rough_divide(specular, max1(specular + other, 1e-6f));
     brdf.specular_share = other > 1e-4f ? clamp1(likely, 0.1f, 0.95f) : 1.0f;
@@ -190,18 +237,21 @@ FN clast_brdf brdf_make(vec3 base_colour, float metallic, float roughness, float
 }
 
 // GGX's density of microfacet normals. As squares of the half vector's own parts: near the peak 1 - z^2 would cancel.
-FN float ggx_distribution(float alpha, vec3 h)
+FN float ggx_distribution(vec2 alpha, vec3 h)
 {
-    float square = alpha * alpha;
-    float t = h[0] * h[0] + h[1] * h[1] + square * h[2] * h[2];
-    return rough_divide(square, PI * max1(t * t, square * square));
+    float product = alpha[0] * alpha[1];
+    float x = rough_divide(h[0], alpha[0]);
+    float y = rough_divide(h[1], alpha[1]);
+    float t = x * x + y * y + h[2] * h[2];
+    return rough_divide(1.0f, PI * max1(product * t * t, 1e-20f));
 }
 
 // cosine + root: the denominator of Smith's masking function G1 = 2 cosine / (cosine + root)
-FN float smith_root(float alpha, float cosine)
+FN float smith_root(vec2 alpha, vec3 v)
 {
-    float square = alpha * alpha;
-    return rough_sqrt(square + (1.0f - square) * cosine * cosine);
+    float x = alpha[0] * v[0];
+    float y = alpha[1] * v[1];
+    return rough_sqrt(x * x + y * y + v[2] * v[2]);
 }
 
 // View and light on the surface's side (z > 0); zero where they are not.
@@ -211,16 +261,17 @@ FN clast_brdf_answer brdf_evaluate(clast_brdf brdf, vec3 view, vec3 light)
     answer.value = store3(splat3(0.0f));
     answer.density = 0.0f;
     if (view[2] > 0.0f && light[2] > 0.0f) {
+        vec2 alpha = load2(brdf.alpha);
         vec3 h = normalize3(view + light + vec3(0.0f, 0.0f, 1e-9f));
         float facing = clamp1(dot3(view, h), 0.0f, 1.0f);
-        vec3 fresnel = fresnel_schlick(load3(brdf.specular), facing);
-        float view_root = smith_root(brdf.alpha, view[2]);
-        float light_root = smith_root(brdf.alpha, light[2]);
-        float distribution = ggx_distribution(brdf.alpha, h);
+        vec3 fresnel = fresnel_schlick(load3(brdf.specular), load3(brdf.edge), facing);
+        float view_root = smith_root(alpha, view);
+        float light_root = smith_root(alpha, light);
+        float distribution = ggx_distribution(alpha, h);
         // Height-correlated Smith (Heitz, Understanding the Masking-Shadowing Function, JCGT 3(2), 2014) over 4 NV NL.
         float visibility = rough_divide(0.5f, max1(light[2] * view_root + view[2] * light_root, 1e-20f));
         vec2 lit = ggx_albedo(brdf.roughness, light[2]);
-        vec3 diffuse = load3(brdf.diffuse) * passed_below(DIELECTRIC_F0, lit);
+        vec3 diffuse = load3(brdf.diffuse) * passed_below(brdf.layer, brdf.layer_edge, lit);
         diffuse = diffuse + load3(brdf.multiple) * (brdf.loss * lit[0]);
         vec3 sum = diffuse * INVERSE_PI + fresnel * (distribution * visibility);
         answer.value = store3(sum * light[2]);
@@ -232,14 +283,14 @@ FN clast_brdf_answer brdf_evaluate(clast_brdf brdf, vec3 view, vec3 light)
 
 // A microfacet normal that the view sees, by density G1 D VH / NV: Heitz, Sampling the GGX Distribution of Visible
 // Normals, JCGT 7(4), 2018, in the form of Dupuy and Benyoub, Sampling Visible GGX Normals with Spherical Caps, 2023.
-FN vec3 ggx_visible_normal(float alpha, vec3 view, vec2 u)
+FN vec3 ggx_visible_normal(vec2 alpha, vec3 view, vec2 u)
 {
-    vec3 standard = normalize3(vec3(view[0] * alpha, view[1] * alpha, view[2]));
+    vec3 standard = normalize3(vec3(view[0] * alpha[0], view[1] * alpha[1], view[2]));
     vec2 circle = circle_point(u[0]);
     float z = (1.0f - u[1]) * (1.0f + standard[2]) - standard[2];
     float radius = rough_sqrt(clamp1(1.0f - z * z, 0.0f, 1.0f));
     vec3 h = vec3(radius * circle[0], radius * circle[1], z) + standard;
-    return normalize3(vec3(h[0] * alpha, h[1] * alpha, max1(h[2], 1e-9f)));
+    return normalize3(vec3(h[0] * alpha[0], h[1] * alpha[1], max1(h[2], 1e-9f)));
 }
 
 // A direction to follow; below the surface (z <= 0) where the path ends. `lobe` in [0, 1) chooses between the lobes.
@@ -247,7 +298,7 @@ FN vec3 brdf_direction(clast_brdf brdf, vec3 view, vec2 u, float lobe)
 {
     vec3 direction;
     if (lobe < brdf.specular_share) {
-        vec3 h = ggx_visible_normal(brdf.alpha, view, u);
+        vec3 h = ggx_visible_normal(load2(brdf.alpha), view, u);
         direction = h * (2.0f * dot3(view, h)) - view;
     } else {
         direction = sample_cosine_hemisphere(u);

@@ -36,7 +36,7 @@ static void a_white_metal_gives_back_all_light(void **state)
     (void)state;
     for (size_t r = 0; r < ROUGHNESSES; r++) {
         for (size_t c = 0; c < COSINES; c++) {
-            clast_brdf brdf = brdf_make(splat3(1.0f), 1.0f, roughnesses[r], 0.0f, cosines[c]);
+            clast_brdf brdf = brdf_make(brdf_input(splat3(1.0f), 1.0f, roughnesses[r]), 0.0f, cosines[c]);
             float energy = reflected(brdf, view_of(cosines[c]), 16384)[1];
             if (!(energy > 0.975f && energy < 1.015f)) {
                 fail_msg("roughness %g cosine %g: %g", (double)roughnesses[r], (double)cosines[c], (double)energy);
@@ -50,7 +50,7 @@ static void a_white_dielectric_never_gains_and_loses_little(void **state)
     (void)state;
     for (size_t r = 0; r < ROUGHNESSES; r++) {
         for (size_t c = 0; c < COSINES; c++) {
-            clast_brdf brdf = brdf_make(splat3(1.0f), 0.0f, roughnesses[r], 0.0f, cosines[c]);
+            clast_brdf brdf = brdf_make(brdf_input(splat3(1.0f), 0.0f, roughnesses[r]), 0.0f, cosines[c]);
             float energy = reflected(brdf, view_of(cosines[c]), 16384)[1];
             if (!(energy > 0.96f && energy < 1.03f)) {
                 fail_msg("roughness %g cosine %g: %g", (double)roughnesses[r], (double)cosines[c], (double)energy);
@@ -63,7 +63,7 @@ static void half_metals_and_colours_stay_within_their_colour(void **state)
 {
     (void)state;
     for (size_t r = 0; r < ROUGHNESSES; r++) {
-        clast_brdf brdf = brdf_make(vec3(0.9f, 0.5f, 0.1f), 0.5f, roughnesses[r], 0.0f, 0.7f);
+        clast_brdf brdf = brdf_make(brdf_input(vec3(0.9f, 0.5f, 0.1f), 0.5f, roughnesses[r]), 0.0f, 0.7f);
         vec3 energy = reflected(brdf, view_of(0.7f), 4096);
         assert_true(energy[0] < 1.0f && energy[0] > energy[1] && energy[1] > energy[2] && energy[2] > 0.03f);
     }
@@ -76,8 +76,8 @@ static void light_and_view_can_be_exchanged(void **state)
         vec3 a = sample_cosine_hemisphere(sample_square(i, 1));
         vec3 b = sample_cosine_hemisphere(sample_square(i, 2));
         vec2 u = sample_square(i, 3);
-        clast_brdf from_a = brdf_make(vec3(0.8f, 0.6f, 0.3f), u[0], u[1], 0.0f, a[2]);
-        clast_brdf from_b = brdf_make(vec3(0.8f, 0.6f, 0.3f), u[0], u[1], 0.0f, b[2]);
+        clast_brdf from_a = brdf_make(brdf_input(vec3(0.8f, 0.6f, 0.3f), u[0], u[1]), 0.0f, a[2]);
+        clast_brdf from_b = brdf_make(brdf_input(vec3(0.8f, 0.6f, 0.3f), u[0], u[1]), 0.0f, b[2]);
         vec3 forth = load3(brdf_evaluate(from_a, a, b).value) * (1.0f / b[2]);
         vec3 back = load3(brdf_evaluate(from_b, b, a).value) * (1.0f / a[2]);
         for (int c = 0; c < 3; c++) {
@@ -93,7 +93,7 @@ static void the_density_adds_up_to_what_is_sampled(void **state)
     enum { ROWS = 1200, COLUMNS = 1200, SAMPLES = 16384 };
     for (size_t r = 3; r < ROUGHNESSES; r++) {
         vec3 view = view_of(0.5f);
-        clast_brdf brdf = brdf_make(splat3(0.5f), 0.5f, roughnesses[r], 0.0f, view[2]);
+        clast_brdf brdf = brdf_make(brdf_input(splat3(0.5f), 0.5f, roughnesses[r]), 0.0f, view[2]);
         double sum = 0.0;
         for (uint32_t row = 0; row < ROWS; row++) {
             for (uint32_t column = 0; column < COLUMNS; column++) {
@@ -118,7 +118,7 @@ static void samples_lie_where_the_density_says(void **state)
     (void)state;
     enum { ROWS = 8, COLUMNS = 12, FINE = 24, SAMPLES = 1 << 17 };
     vec3 view = view_of(0.4f);
-    clast_brdf brdf = brdf_make(vec3(0.4f, 0.5f, 0.6f), 0.3f, 0.5f, 0.0f, view[2]);
+    clast_brdf brdf = brdf_make(brdf_input(vec3(0.4f, 0.5f, 0.6f), 0.3f, 0.5f), 0.0f, view[2]);
     static uint32_t counts[ROWS][COLUMNS];
     for (uint32_t i = 0; i < SAMPLES; i++) {
         vec3 d = brdf_direction(brdf, view, sample_square(i, 7), sample_square(i, 8)[0]);
@@ -156,7 +156,7 @@ static void nothing_is_divided_by_zero(void **state)
                 for (int l = 0; l < 5; l++) {
                     vec3 view = view_of(edge[v]), light = view_of(edge[l]);
                     light[0] = -light[0];
-                    clast_brdf brdf = brdf_make(splat3(edge[m]), edge[m], edge[r], 0.0f, view[2]);
+                    clast_brdf brdf = brdf_make(brdf_input(splat3(edge[m]), edge[m], edge[r]), 0.0f, view[2]);
                     clast_brdf_answer answer = brdf_evaluate(brdf, view, light);
                     vec3 direction = brdf_direction(brdf, view, vec2(0.0f, 0.0f), 0.0f);
                     assert_true(is_finite3(load3(answer.value)) && is_finite1(answer.density) && is_finite3(direction));
