@@ -50,7 +50,7 @@ typedef struct clast_texture {
     clast_filter filter;
 } clast_texture;
 
-/** A texture in a material's slot. Colours (base colour, emissive) of integer images are taken as sRGB, all else as linear. */
+/** A texture in a material's slot. Colours (base, emissive, specular and sheen) of integer images are taken as sRGB, all else as linear. */
 typedef struct clast_texture_slot {
     uint32_t texture;        /**< CLAST_NONE for none */
     uint32_t coordinate_set; /**< 0 or 1 */
@@ -59,7 +59,7 @@ typedef struct clast_texture_slot {
     float rotation; /**< radians */
 } clast_texture_slot;
 
-/** A material: glTF 2.0 metallic-roughness. Begin with clast_material_defaults(). */
+/** A material: glTF 2.0 metallic-roughness, with what its extensions add. Begin with clast_material_defaults(). */
 typedef struct clast_material_desc {
     float base_colour[4]; /**< linear, 0 to 1 */
     float emissive[3];    /**< linear, any size */
@@ -80,9 +80,46 @@ typedef struct clast_material_desc {
     clast_texture_slot displacement_texture;
     float displacement_scale;
     float displacement_offset; /**< counts where there is a displacement texture */
+    float ior;                 /**< index of refraction, from 1; 0 is infinite. KHR_materials_ior */
+    /** How strongly a surface that is not metal reflects, 0 to 1, times the texture's alpha; and in which colour, times the
+     *  texture's. KHR_materials_specular */
+    float specular;
+    float specular_colour[3]; /**< linear, any size */
+    clast_texture_slot specular_texture;
+    clast_texture_slot specular_colour_texture;
+    float clearcoat; /**< 0 to 1, times the texture's red. KHR_materials_clearcoat */
+    float clearcoat_roughness;
+    float clearcoat_normal_scale;
+    clast_texture_slot clearcoat_texture;
+    clast_texture_slot clearcoat_roughness_texture; /**< green */
+    clast_texture_slot clearcoat_normal_texture;
+    float sheen_colour[3]; /**< of fuzz, linear, 0 to 1; black is none. KHR_materials_sheen */
+    float sheen_roughness;
+    clast_texture_slot sheen_colour_texture;
+    clast_texture_slot sheen_roughness_texture; /**< alpha */
+    float anisotropy;                           /**< 0 to 1: how stretched highlights are. KHR_materials_anisotropy */
+    float anisotropy_rotation;                  /**< radians, counter-clockwise from the tangent */
+    clast_texture_slot anisotropy_texture;      /**< red and green a direction, blue a factor */
+    float transmission; /**< 0 to 1: how much of what is not metal is clear. KHR_materials_transmission */
+    clast_texture_slot transmission_texture; /**< red */
+    /** More than zero: what is clear is the border of a volume, which refracts; zero: a thin wall. KHR_materials_volume; a
+     *  ray tracer knows the rest of the thickness. */
+    float thickness;
+    float attenuation_distance;  /**< after which light has the colour below; 0 is endless */
+    float attenuation_colour[3]; /**< linear, 0 to 1 */
+    bool unlit;                  /**< its base colour is seen as it is, whatever the light. KHR_materials_unlit */
 } clast_material_desc;
 
-/** Light grey, rough, not metallic, double sided, without textures; a displacement texture has scale 1 and offset 0. */
+/** X(slot): all texture slots of a material. */
+#define CLAST_MATERIAL_TEXTURE_LIST(X) \
+    X(base_colour_texture) \
+    X(metallic_roughness_texture) X(normal_texture) X(occlusion_texture) X(emissive_texture) X(displacement_texture) \
+        X(specular_texture) X(specular_colour_texture) X(clearcoat_texture) X(clearcoat_roughness_texture) \
+            X(clearcoat_normal_texture) X(sheen_colour_texture) X(sheen_roughness_texture) X(anisotropy_texture) \
+                X(transmission_texture)
+
+/** Light grey, rough, not metallic, double sided, without textures or layers, of refractive index 1.5; a displacement texture
+ *  has scale 1 and offset 0. */
 CLAST_API clast_material_desc clast_material_defaults(void);
 
 /** Each adds a copy and gives its number. `name` may be null. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY. */

@@ -69,6 +69,7 @@ void clast_scene_destroy(clast_scene *scene)
     for (size_t i = 0; i < scene->file_count; i++) {
         clast_file_unmap(context, &scene->files[i]);
     }
+    clast_motion_destroy(context, &scene->motion);
     for (size_t i = 0; i < CLAST_SETTING_TEXTS; i++) {
         clast_free(context, scene->settings_texts[i]);
     }
@@ -185,20 +186,21 @@ static clast_texture_slot empty_slot(void)
 
 clast_material_desc clast_material_defaults(void)
 {
-    return (clast_material_desc){
-        .base_colour = {0.8f, 0.8f, 0.8f, 1.0f},
-        .roughness = 1.0f,
-        .normal_scale = 1.0f,
-        .occlusion_strength = 1.0f,
-        .alpha_cutoff = 0.5f,
-        .displacement_scale = 1.0f,
-        .double_sided = true,
-        .base_colour_texture = empty_slot(),
-        .metallic_roughness_texture = empty_slot(),
-        .normal_texture = empty_slot(),
-        .occlusion_texture = empty_slot(),
-        .emissive_texture = empty_slot(),
-        .displacement_texture = empty_slot(),
+    return (clast_material_desc){.base_colour = {0.8f, 0.8f, 0.8f, 1.0f},
+                                 .roughness = 1.0f,
+                                 .normal_scale = 1.0f,
+                                 .occlusion_strength = 1.0f,
+                                 .alpha_cutoff = 0.5f,
+                                 .displacement_scale = 1.0f,
+                                 .double_sided = true,
+                                 .ior = 1.5f,
+                                 .specular = 1.0f,
+                                 .specular_colour = {1.0f, 1.0f, 1.0f},
+                                 .clearcoat_normal_scale = 1.0f,
+                                 .attenuation_colour = {1.0f, 1.0f, 1.0f},
+#define EMPTY(slot) .slot = empty_slot(),
+                                 CLAST_MATERIAL_TEXTURE_LIST(EMPTY)
+#undef EMPTY
     };
 }
 
@@ -225,44 +227,102 @@ static bool in_unit_range(float value)
     return value >= 0.0f && value <= 1.0f;
 }
 
+static bool in_unit_range3(const float values[3])
+{
+    return in_unit_range(values[0]) && in_unit_range(values[1]) && in_unit_range(values[2]);
+}
+
+static bool at_least_zero(float value)
+{
+    return value >= 0.0f && isfinite(value);
+}
+
+static bool at_least_zero3(const float values[3])
+{
+    return at_least_zero(values[0]) && at_least_zero(values[1]) && at_least_zero(values[2]);
+}
+
+// What is wrong with the base, or null.
+static const char *fault_of_base(const clast_material_desc *m)
+{
+    return !in_unit_range3(m->base_colour) || !in_unit_range(m->base_colour[3]) ? "base_colour must lie between 0 and 1"
+           : !at_least_zero3(m->emissive) ? "emissive must be finite and not negative"
+           : !in_unit_range(m->metallic) || !in_unit_range(m->roughness)
+               ? "metallic and roughness must lie between 0 and 1"
+           : !isfinite(m->normal_scale) || !in_unit_range(m->occlusion_strength)
+               ? "normal_scale must be finite, occlusion_strength between 0 and 1"
+           : !at_least_zero(m->alpha_cutoff) ? "alpha_cutoff must be finite and not negative"
+           : !isfinite(m->displacement_scale) || !isfinite(m->displacement_offset)
+               ? "displacement_scale and displacement_offset must be finite"
+           : (unsigned)m->alpha_mode > CLAST_ALPHA_BLEND ? "alpha_mode is none of the list"
+                                                         : NULL;
+}
+
+static const char *fault_of_layers(const clast_material_desc *m)
+{
+    return !isfinite(m->ior) || (m->ior != 0.0f && m->ior < 1.0f) ? "ior must be finite, and 0 or at least 1"
+           : !in_unit_range(m->specular) || !at_least_zero3(m->specular_colour)
+               ? "specular must lie between 0 and 1, specular_colour be finite and not negative"
+           : !in_unit_range(m->clearcoat) || !in_unit_range(m->clearcoat_roughness) ||
+                   !isfinite(m->clearcoat_normal_scale)
+               ? "clearcoat and clearcoat_roughness must lie between 0 and 1, clearcoat_normal_scale be finite"
+           : !in_unit_range3(m->sheen_colour) || !in_unit_range(m->sheen_roughness)
+               ? "sheen_colour and sheen_roughness must lie between 0 and 1"
+           : !in_unit_range(m->anisotropy) || !isfinite(m->anisotropy_rotation)
+               ? "anisotropy must lie between 0 and 1, anisotropy_rotation be finite"
+           : !in_unit_range(m->transmission) ? "transmission must lie between 0 and 1"
+           : !at_least_zero(m->thickness) || !at_least_zero(m->attenuation_distance) ||
+                   !in_unit_range3(m->attenuation_colour)
+               ? "thickness and attenuation_distance must be finite and not negative, attenuation_colour between 0 and 1"
+               : NULL;
+}
+
 static clast_status check_material(const clast_scene *scene, const clast_material_desc *material)
 {
-    const char *wrong = NULL;
-    const clast_texture_slot *slots[] = {&material->base_colour_texture, &material->metallic_roughness_texture,
-                                         &material->normal_texture,      &material->occlusion_texture,
-                                         &material->emissive_texture,    &material->displacement_texture};
-    for (size_t i = 0; i < sizeof slots / sizeof *slots; i++) {
-        wrong = slot_is_valid(scene, slots[i]) ? wrong
-                                               : "a texture slot names a texture or coordinate set that is not there";
-    }
-    for (int i = 0; i < 4; i++) {
-        wrong = in_unit_range(material->base_colour[i]) ? wrong : "base_colour must lie between 0 and 1";
-    }
-    for (int i = 0; i < 3; i++) {
-        bool sound = material->emissive[i] >= 0.0f && isfinite(material->emissive[i]);
-        wrong = sound ? wrong : "emissive must be finite and not negative";
-    }
-    wrong = in_unit_range(material->metallic) && in_unit_range(material->roughness)
-                ? wrong
-                : "metallic and roughness must lie between 0 and 1";
-    wrong = isfinite(material->normal_scale) && in_unit_range(material->occlusion_strength)
-                ? wrong
-                : "normal_scale must be finite, occlusion_strength between 0 and 1";
-    wrong = material->alpha_cutoff >= 0.0f && isfinite(material->alpha_cutoff)
-                ? wrong
-                : "alpha_cutoff must be finite and not negative";
-    wrong = isfinite(material->displacement_scale) && isfinite(material->displacement_offset)
-                ? wrong
-                : "displacement_scale and displacement_offset must be finite";
-    wrong = (unsigned)material->alpha_mode <= CLAST_ALPHA_BLEND ? wrong : "alpha_mode is none of the list";
+    const char *wrong = fault_of_base(material);
+    wrong = wrong != NULL ? wrong : fault_of_layers(material);
+#define CHECK(slot) \
+    wrong = slot_is_valid(scene, &material->slot) ? wrong \
+                                                  : #slot " names a texture or coordinate set that is not there";
+    CLAST_MATERIAL_TEXTURE_LIST(CHECK)
+#undef CHECK
     return wrong == NULL ? CLAST_OK : clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "material: %s", wrong);
+}
+
+static packed3 packed(const float v[3])
+{
+    return (packed3){{v[0], v[1], v[2]}};
+}
+
+// Beer and Lambert: after attenuation_distance, attenuation_colour is left. Of black, as little as can be told apart.
+static packed3 absorption_of(const clast_material_desc *desc)
+{
+    packed3 absorption = {{0.0f, 0.0f, 0.0f}};
+    for (int i = 0; i < 3 && desc->attenuation_distance > 0.0f; i++) {
+        float colour = desc->attenuation_colour[i] > 1e-6f ? desc->attenuation_colour[i] : 1e-6f;
+        absorption.v[i] = clamp1(-logf(colour) / desc->attenuation_distance, 0.0f, 1e30f);
+    }
+    return absorption;
+}
+
+static uint32_t layers_of(const clast_material_desc *desc)
+{
+    const float *tint = desc->specular_colour;
+    bool plain = desc->ior == 1.5f && desc->specular == 1.0f && tint[0] == 1.0f && tint[1] == 1.0f && tint[2] == 1.0f;
+    bool fuzzy = desc->sheen_colour[0] > 0.0f || desc->sheen_colour[1] > 0.0f || desc->sheen_colour[2] > 0.0f;
+    return (plain ? 0 : MATERIAL_SPECULAR) | (desc->clearcoat > 0.0f ? MATERIAL_CLEARCOAT : 0) |
+           (fuzzy ? MATERIAL_SHEEN : 0) | (desc->anisotropy > 0.0f ? MATERIAL_ANISOTROPY : 0) |
+           (desc->transmission > 0.0f ? MATERIAL_TRANSMISSION : 0) |
+           (desc->specular_texture.texture != CLAST_NONE || desc->specular_colour_texture.texture != CLAST_NONE
+                ? MATERIAL_SPECULAR
+                : 0);
 }
 
 static clast_material material_record(const clast_material_desc *desc)
 {
     return (clast_material){
         .base_colour = {{desc->base_colour[0], desc->base_colour[1], desc->base_colour[2], desc->base_colour[3]}},
-        .emissive = {{desc->emissive[0], desc->emissive[1], desc->emissive[2]}},
+        .emissive = packed(desc->emissive),
         .metallic = desc->metallic,
         .roughness = desc->roughness,
         .normal_scale = desc->normal_scale,
@@ -270,14 +330,26 @@ static clast_material material_record(const clast_material_desc *desc)
         .alpha_cutoff = desc->alpha_cutoff,
         .alpha_mode = desc->alpha_mode,
         .double_sided = desc->double_sided,
-        .base_colour_texture = texture_use(&desc->base_colour_texture),
-        .metallic_roughness_texture = texture_use(&desc->metallic_roughness_texture),
-        .normal_texture = texture_use(&desc->normal_texture),
-        .occlusion_texture = texture_use(&desc->occlusion_texture),
-        .emissive_texture = texture_use(&desc->emissive_texture),
-        .displacement_texture = texture_use(&desc->displacement_texture),
         .displacement_scale = desc->displacement_scale,
         .displacement_offset = desc->displacement_offset,
+        .layers = layers_of(desc),
+        .ior = desc->ior,
+        .specular = desc->specular,
+        .specular_colour = packed(desc->specular_colour),
+        .clearcoat = desc->clearcoat,
+        .clearcoat_roughness = desc->clearcoat_roughness,
+        .clearcoat_normal_scale = desc->clearcoat_normal_scale,
+        .sheen_colour = packed(desc->sheen_colour),
+        .sheen_roughness = desc->sheen_roughness,
+        .anisotropy = desc->anisotropy,
+        .anisotropy_direction = {{cosf(desc->anisotropy_rotation), sinf(desc->anisotropy_rotation)}},
+        .transmission = desc->transmission,
+        .thickness = desc->thickness,
+        .absorption = absorption_of(desc),
+        .unlit = desc->unlit,
+#define USE(slot) .slot = texture_use(&desc->slot),
+        CLAST_MATERIAL_TEXTURE_LIST(USE)
+#undef USE
     };
 }
 
@@ -371,16 +443,18 @@ clast_status clast_scene_add_light(clast_scene *scene, const clast_light_desc *l
         return status;
     }
     clast_scene_light added = {
-        .record = {
-            .type = light->type,
-            .position = {{light->position[0], light->position[1], light->position[2]}},
-            .direction = store3(direction),
-            .radiance = {{light->colour[0] * light->intensity, light->colour[1] * light->intensity,
-                          light->colour[2] * light->intensity}},
-            .range = light->range,
-            .inner_cosine = cosf(light->inner_angle),
-            .outer_cosine = cosf(light->outer_angle),
-        }};
+        .record =
+            {
+                .type = light->type,
+                .position = {{light->position[0], light->position[1], light->position[2]}},
+                .direction = store3(direction),
+                .radiance = {{light->colour[0] * light->intensity, light->colour[1] * light->intensity,
+                              light->colour[2] * light->intensity}},
+                .range = light->range,
+                .inner_cosine = cosf(light->inner_angle),
+                .outer_cosine = cosf(light->outer_angle),
+            },
+        .node = CLAST_NONE};
     if (!copy_name(context, name, &added.name)) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }

@@ -86,7 +86,13 @@ RECORD(clast_texture_use)
 };
 RECORD_SIZE(clast_texture_use, 28)
 
-// glTF 2.0 metallic-roughness.
+LIMIT(MATERIAL_SPECULAR, 1u, "an index of refraction or a specular colour of its own")
+LIMIT(MATERIAL_CLEARCOAT, 2u, "a clear coat")
+LIMIT(MATERIAL_SHEEN, 4u, "fuzz")
+LIMIT(MATERIAL_ANISOTROPY, 8u, "stretched highlights")
+LIMIT(MATERIAL_TRANSMISSION, 16u, "what is not metal is clear")
+
+// glTF 2.0 metallic-roughness, and its extensions.
 RECORD(clast_material)
 {
     packed4 base_colour;      // linear; fourth is alpha
@@ -106,8 +112,32 @@ RECORD(clast_material)
     clast_texture_use displacement_texture; // red: a height of texel * displacement_scale + displacement_offset
     float displacement_scale;
     float displacement_offset;
+    uint layers;              // MATERIAL_ bits: what must be looked at beside the above
+    float ior;                // zero is infinite
+    float specular;
+    packed3 specular_colour;
+    float clearcoat;
+    float clearcoat_roughness;
+    float clearcoat_normal_scale;
+    packed3 sheen_colour;
+    float sheen_roughness;
+    float anisotropy;
+    packed2 anisotropy_direction; // (cos, sin) of its angle from the tangent
+    float transmission;
+    float thickness;
+    packed3 absorption;       // of a volume, for a length of one
+    uint unlit;
+    clast_texture_use specular_texture;        // alpha
+    clast_texture_use specular_colour_texture;
+    clast_texture_use clearcoat_texture;       // red
+    clast_texture_use clearcoat_roughness_texture; // green
+    clast_texture_use clearcoat_normal_texture;
+    clast_texture_use sheen_colour_texture;
+    clast_texture_use sheen_roughness_texture; // alpha
+    clast_texture_use anisotropy_texture;      // red and green a direction, blue a factor
+    clast_texture_use transmission_texture;    // red
 };
-RECORD_SIZE(clast_material, 56 + 6 * 28 + 8)
+RECORD_SIZE(clast_material, 56 + 6 * 28 + 8 + 88 + 9 * 28)
 
 RECORD(clast_light)
 {
