@@ -4,10 +4,8 @@
 #ifndef CLAST_GEOMETRY_PATTERN_H
 #define CLAST_GEOMETRY_PATTERN_H
 
-#include <stddef.h>
-
 #include "base/context.h"
-#include "shared/pattern.h"
+#include "geometry/pattern_shape.h"
 
 typedef struct clast_pattern_table {
     const clast_pattern *patterns; // PATTERN_COUNT, by number
@@ -25,10 +23,11 @@ static inline const clast_pattern *clast_pattern_of(const clast_pattern_table *t
     return &table->patterns[pattern_use(factors).number];
 }
 
-// Reads a table in the form of docs/patterns.md, and checks each pattern. `name` is the file's, for messages. The table is
-// the caller's to free; errors name the line, the pattern and what is wrong with it.
-clast_status clast_pattern_table_read(clast_context *context, const char *name, const void *bytes, size_t size,
-                                      clast_pattern_table **table);
+// Makes a table of PATTERN_COUNT shapes, by their numbers: the ordered ones are given, their mirror images are made. Each is
+// checked: errors (CLAST_ERROR_MALFORMED) say `name`, the pattern and what is wrong with it. The table is the caller's to free; the
+// library's own is not.
+clast_status clast_pattern_table_create(clast_context *context, const char *name, clast_pattern_shape *shapes,
+                                        clast_pattern_table **table);
 void clast_pattern_table_free(clast_context *context, clast_pattern_table *table);
 
 #endif

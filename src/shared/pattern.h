@@ -25,10 +25,11 @@ RECORD(clast_pattern)
 {
     uint first_vertex;   // weights of corners 1 and 2: w1 | w2 << 16
     uint first_triangle; // three vertices, counter-clockwise: a | b << 8 | c << 16
-    uint counts;         // factors | triangles << 12 | vertices << 20
+    uint counts;         // pattern_counts()
 };
 RECORD_SIZE(clast_pattern, 12)
 
+FN uint pattern_counts(uint factors, uint triangles, uint vertices) { return factors | triangles << 12u | vertices << 20u; }
 FN uint pattern_own_factors(clast_pattern pattern) { return pattern.counts & 4095u; }
 FN uint pattern_triangles(clast_pattern pattern) { return pattern.counts >> 12u & 255u; }
 FN uint pattern_vertices(clast_pattern pattern) { return pattern.counts >> 20u; }
