@@ -65,7 +65,7 @@ static void copy_row(level_job *job, uint32_t y)
         } else {
             float value = ((const float *)image->pixels)[from];
             bool sound = is_finite1(value);
-            ((float *)job->texels)[to + x] = sound ? value : 0.0f;
+            ((float *)job->texels)[to + x] = sound ? unsigned_zero(value) : 0.0f;
             unsound += !sound;
         }
     }

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points of base triangles, blended and displaced, many at once: what `fill` does most. The kernels restate displaced_point()
+// and clast_height_value(), to the bit.
+#ifndef CLAST_SOURCE_DISPLACE_H
+#define CLAST_SOURCE_DISPLACE_H
+
+#include "base/isa.h"
+#include "source/height.h"
+
+// A corner of a base triangle: all that is blended, in one line of the cache.
+typedef struct clast_displace_corner {
+    _Alignas(64) float position[3];
+    float normal[3];
+    float coordinates[2]; // of the map
+    float level;          // of the map
+    float unused[7];      // finite
+} clast_displace_corner;
+
+// Points that one map displaces.
+typedef struct clast_displace_job {
+    const clast_height *height; // null: `offset` is the height everywhere
+    float scale, offset;        // height = value * scale + offset
+    const clast_displace_corner *corners;
+    const uint32_t *numbers; // by point: its three corners, 8 bits each; null: corners 0, 1 and 2 for all
+    const uint32_t *weights; // by point: of its corners, as weights_word()
+    const uint32_t
+        *child; // null, or weights_word() of three corners within the base triangle: `weights` are theirs then
+    uint32_t count;
+    packed3 *positions; // by point: written
+} clast_displace_job;
+
+typedef void (*clast_displace_kernel)(const clast_displace_job *job);
+clast_displace_kernel clast_displace_kernel_of(clast_isa isa);
+
+#define CLAST_DECLARE_DISPLACE(set) void clast_displace_##set(const clast_displace_job *job);
+CLAST_DECLARE_DISPLACE(plain)
+CLAST_DECLARE_DISPLACE(sse42)
+CLAST_DECLARE_DISPLACE(avx2)
+CLAST_DECLARE_DISPLACE(avx512)
+
+#endif

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points of base triangles, blended and displaced, as many at once as a register holds. What is computed is
+// displaced_point() of shared/displacement.h over blends of corners, in the same order of the same operations.
+#include "base/simd_wide.h"
+#include "source/displace.h"
+
+// A row of texels of 16 bits is read two at a time.
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "pairs of texels are taken apart as a little-endian machine stores them"
+#endif
+
+enum { ATTRIBUTES = 9, CORNER_FLOATS = 16 };
+_Static_assert(sizeof(clast_displace_corner) == CORNER_FLOATS * sizeof(float), "size of clast_displace_corner");
+
+// What is blended, in the order of a corner's floats.
+typedef struct blended {
+    clast_wide of[ATTRIBUTES]; // position, normal, coordinates, level
+} blended;
+
+typedef struct wide_weights {
+    clast_wide of[3];
+} wide_weights;
+
+// ------------------------------------------------------------------------------------------------------------- weights
+
+// weights_rebase(): the weights of points of a child, whose corners are weights of the base triangle themselves.
+CLAST_LANES void rebase(clast_wide_ints w[3], const uint32_t child[3])
+{
+    clast_wide_ints sums[3];
+    const clast_wide_ints one = wide_splat_ints(32768);
+    for (int k = 0; k < 3; k++) {
+        sums[k] = wide_splat_ints(16384);
+    }
+    for (int corner = 0; corner < 3; corner++) {
+        int32_t second = (int32_t)(child[corner] & 65535), third = (int32_t)(child[corner] >> 16);
+        sums[0] += w[corner] * wide_splat_ints(32768 - second - third);
+        sums[1] += w[corner] * wide_splat_ints(second);
+        sums[2] += w[corner] * wide_splat_ints(third);
+    }
+    clast_wide_ints a = sums[0] >> 15, b = sums[1] >> 15, c = sums[2] >> 15;
+    // the largest takes the rest: the first of those alike
+    clast_wide_ints most_later = wide_pick_more_ints(c, b, c, b);
+    clast_wide_ints fixed_c = wide_pick_more_ints(c, b, one - a - b, c);
+    clast_wide_ints fixed_b = wide_pick_more_ints(c, b, b, one - a - c);
+    w[0] = wide_pick_more_ints(most_later, a, a, one - b - c);
+    w[1] = wide_pick_more_ints(most_later, a, fixed_b, b);
+    w[2] = wide_pick_more_ints(most_later, a, fixed_c, c);
+}
+
+CLAST_LANES wide_weights weights_at(const clast_displace_job *job, uint32_t first)
+{
+    clast_wide_ints words = wide_load_first(job->weights + first, job->count - first), w[3];
+    w[1] = words & wide_splat_ints(65535);
+    w[2] = (words >> 16) & wide_splat_ints(65535);
+    w[0] = wide_splat_ints(32768) - w[1] - w[2];
+    if (job->child != NULL) {
+        rebase(w, job->child);
+    }
+    return (wide_weights){{wide_to_floats(w[0]), wide_to_floats(w[1]), wide_to_floats(w[2])}};
+}
+
+// -------------------------------------------------------------------------------------------------------------- blends
+
+// All points have the same corners: each attribute's three are splat.
+CLAST_LANES blended blend_same(const clast_displace_corner *corners, wide_weights w)
+{
+    const float *a = corners[0].position, *b = corners[1].position, *c = corners[2].position;
+    blended all;
+    for (int k = 0; k < ATTRIBUTES; k++) {
+        all.of[k] = ((wide_splat(a[k]) * w.of[0] + wide_splat(b[k]) * w.of[1]) + wide_splat(c[k]) * w.of[2]) * 0x1p-15f;
+    }
+    return all;
+}
+
+#if WIDE_LANES == 16
+// Sixteen points of sixteen floats become as many vectors, of which the first nine are wanted.
+CLAST_LANES blended turn(float points[WIDE_LANES][CORNER_FLOATS])
+{
+    __m512 fours[WIDE_LANES];
+    for (int i = 0; i < WIDE_LANES; i += 4) {
+        __m512 a = _mm512_load_ps(points[i]), b = _mm512_load_ps(points[i + 1]);
+        __m512 c = _mm512_load_ps(points[i + 2]), d = _mm512_load_ps(points[i + 3]);
+        __m512 ab = _mm512_unpacklo_ps(a, b), cd = _mm512_unpacklo_ps(c, d);
+        __m512 ab_high = _mm512_unpackhi_ps(a, b), cd_high = _mm512_unpackhi_ps(c, d);
+        // lane k of quarter q of fours[i + j] is float 4 q + j of point i + k
+        fours[i] = _mm512_shuffle_ps(ab, cd, 0x44);
+        fours[i + 1] = _mm512_shuffle_ps(ab, cd, 0xee);
+        fours[i + 2] = _mm512_shuffle_ps(ab_high, cd_high, 0x44);
+        fours[i + 3] = _mm512_shuffle_ps(ab_high, cd_high, 0xee);
+    }
+    blended all;
+    for (int j = 0; j < 4; j++) {
+        __m512 early = _mm512_shuffle_f32x4(fours[j], fours[j + 4], 0x44); // quarters 0 and 1 of both
+        __m512 late = _mm512_shuffle_f32x4(fours[j + 8], fours[j + 12], 0x44);
+        all.of[j] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0x88);
+        all.of[j + 4] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0xdd);
+    }
+    __m512 early = _mm512_shuffle_f32x4(fours[0], fours[4], 0xee); // quarters 2 and 3
+    __m512 late = _mm512_shuffle_f32x4(fours[8], fours[12], 0xee);
+    all.of[8] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0x88);
+    return all;
+}
+#else
+CLAST_LANES blended turn(float points[WIDE_LANES][CORNER_FLOATS])
+{
+    blended all;
+    for (int k = 0; k < ATTRIBUTES; k++) {
+        for (int i = 0; i < WIDE_LANES; i++) {
+            all.of[k][i] = points[i][k];
+        }
+    }
+    return all;
+}
+#endif
+
+// Each point has corners of its own: a point's attributes are blended side by side.
+CLAST_LANES blended blend_own(const clast_displace_job *job, uint32_t first, wide_weights w)
+{
+    _Alignas(64) float points[WIDE_LANES][CORNER_FLOATS], weights[3][WIDE_LANES];
+    for (int k = 0; k < 3; k++) {
+        wide_store(weights[k], w.of[k]);
+    }
+    uint32_t last = job->count - 1;
+    for (uint32_t i = 0; i < WIDE_LANES; i++) {
+        uint32_t numbers = job->numbers[first + i < last ? first + i : last];
+        const float *a = job->corners[numbers & 255].position, *b = job->corners[numbers >> 8 & 255].position;
+        const float *c = job->corners[numbers >> 16 & 255].position;
+        for (uint32_t k = 0; k < CORNER_FLOATS; k += WIDE_LANES) {
+            wide_store(points[i] + k, ((wide_load(a + k) * weights[0][i] + wide_load(b + k) * weights[1][i]) +
+                                       wide_load(c + k) * weights[2][i]) *
+                                          0x1p-15f);
+        }
+    }
+    return turn(points);
+}
+
+// ------------------------------------------------------------------------------------------------------------- heights
+
+CLAST_LANES clast_wide clamp(clast_wide x, float low, float high)
+{
+    return wide_min(wide_splat(high), wide_max(x, wide_splat(low)));
+}
+
+// wrap_coordinate()
+CLAST_LANES clast_wide wrap(clast_wide coordinate, uint32_t way)
+{
+    clast_wide wrapped = coordinate;
+    if (way == CLAST_WRAP_REPEAT) {
+        wrapped = coordinate - wide_floor(coordinate);
+    } else if (way == CLAST_WRAP_MIRROR) {
+        clast_wide half_turn = coordinate - 2.0f * wide_floor(coordinate * 0.5f);
+        wrapped = wide_pick_less(wide_splat(1.0f), half_turn, 2.0f - half_turn, half_turn);
+    }
+    return clamp(wrapped, 0.0f, 1.0f);
+}
+
+CLAST_LANES clast_wide between(clast_wide a, clast_wide b, clast_wide weight)
+{
+    return a + (b - a) * weight;
+}
+
+// A map's levels, as tables to look up.
+typedef struct level_tables {
+    _Alignas(64) float widths[WIDE_TABLE], heights[WIDE_TABLE];
+    int32_t firsts[WIDE_TABLE], pitches[WIDE_TABLE];
+} level_tables;
+
+static void fill_tables(const clast_height_map *map, level_tables *tables)
+{
+    _Static_assert((int)HEIGHT_LEVELS == (int)WIDE_TABLE, "a table has an entry for each level");
+    for (uint32_t i = 0; i < HEIGHT_LEVELS; i++) {
+        tables->widths[i] = (float)map->widths[i];
+        tables->heights[i] = (float)map->heights[i];
+        tables->firsts[i] = (int32_t)map->firsts[i];
+        tables->pitches[i] = (int32_t)map->widths[i] + 2;
+    }
+}
+
+// A texel and the one after it.
+typedef struct wide_pair {
+    clast_wide first, second;
+} wide_pair;
+
+CLAST_LANES wide_pair pair_of_words(clast_wide_ints words)
+{
+    return (wide_pair){wide_to_floats(words & wide_splat_ints(65535)),
+                       wide_to_floats((words >> 16) & wide_splat_ints(65535))};
+}
+
+CLAST_LANES wide_pair fetch_integers(const uint16_t *texels, clast_wide_ints places)
+{
+#if defined(__AVX512F__)
+    return pair_of_words((clast_wide_ints)_mm512_i32gather_epi32((__m512i)places, texels, 2));
+#elif defined(__AVX2__)
+    return pair_of_words(
+        (clast_wide_ints)_mm256_i32gather_epi32((const int *)(const void *)texels, (__m256i)places, 2));
+#else
+    clast_wide_ints words;
+    for (int i = 0; i < WIDE_LANES; i++) {
+        memcpy((char *)&words + 4 * i, texels + places[i], 4);
+    }
+    return pair_of_words(words);
+#endif
+}
+
+CLAST_LANES wide_pair fetch_floats(const float *texels, clast_wide_ints places)
+{
+#if defined(__AVX512F__)
+    return (wide_pair){(clast_wide)_mm512_i32gather_ps((__m512i)places, texels, 4),
+                       (clast_wide)_mm512_i32gather_ps((__m512i)places, texels + 1, 4)};
+#else
+    wide_pair pair;
+    for (int i = 0; i < WIDE_LANES; i++) {
+        pair.first[i] = texels[places[i]];
+        pair.second[i] = texels[places[i] + 1];
+    }
+    return pair;
+#endif
+}
+
+// height_texels() and height_bilinear()
+CLAST_LANES clast_wide value_in_level(const clast_height *height, const level_tables *tables, clast_wide u,
+                                      clast_wide v, clast_wide_ints level)
+{
+    clast_wide_ints pitch = wide_look_up_ints(tables->pitches, level);
+    clast_wide x = u * wide_look_up(tables->widths, level) + 0.5f, y = v * wide_look_up(tables->heights, level) + 0.5f;
+    clast_wide column = wide_floor(x), row = wide_floor(y);
+    clast_wide_ints upper = wide_look_up_ints(tables->firsts, level) + wide_to_ints(row) * pitch + wide_to_ints(column);
+    wide_pair above, below;
+    if (height->map.is_float) {
+        above = fetch_floats(height->texels, upper);
+        below = fetch_floats(height->texels, upper + pitch);
+    } else {
+        above = fetch_integers(height->texels, upper);
+        below = fetch_integers(height->texels, upper + pitch);
+    }
+    clast_wide across = x - column;
+    return between(between(above.first, above.second, across), between(below.first, below.second, across), y - row);
+}
+
+// clast_height_value()
+CLAST_LANES clast_wide value_of(const clast_height *height, const level_tables *tables, const blended *at)
+{
+    const clast_height_map *map = &height->map;
+    clast_wide u = wrap(at->of[6], map->wrap_u), v = wrap(at->of[7], map->wrap_v);
+    clast_wide level = clamp(at->of[8], 0.0f, (float)(map->level_count - 1)), whole = wide_floor(level);
+    clast_wide_ints finer = wide_to_ints(whole);
+    clast_wide value = value_in_level(height, tables, u, v, finer);
+    if (wide_any_not_zero(level - whole)) { // else the finer alone counts, and exactly
+        clast_wide_ints last = wide_splat_ints((int32_t)map->level_count - 1), next = finer + 1;
+        clast_wide coarse = value_in_level(height, tables, u, v, wide_pick_more_ints(next, last, last, next));
+        value = between(value, coarse, level - whole);
+    }
+    return value * map->unit;
+}
+
+// ------------------------------------------------------------------------------------------------------------- points
+
+typedef struct wide_points {
+    clast_wide x, y, z;
+} wide_points;
+
+// stable_rsqrt()
+CLAST_LANES clast_wide rsqrt(clast_wide x)
+{
+    clast_wide guess = (clast_wide)(0x5f300000 - ((clast_wide_ints)x >> 1)); // x is not negative
+    clast_wide c = x * guess * guess;
+    clast_wide near = guess * (1.942495f + c * (-1.3888756f + c * 0.44642657f));
+    return near * (1.5f - 0.5f * x * near * near);
+}
+
+// displaced_point()
+CLAST_LANES wide_points displace(const blended *at, clast_wide height)
+{
+    clast_wide x = at->of[3], y = at->of[4], z = at->of[5];
+    clast_wide square = x * x + y * y + z * z;
+    clast_wide turn = rsqrt(wide_pick_less(square, wide_splat(1e-24f), wide_splat(1e-24f), square));
+    return (wide_points){at->of[0] + x * turn * height, at->of[1] + y * turn * height, at->of[2] + z * turn * height};
+}
+
+// The first `count` points, to memory as they lie there: three floats each.
+CLAST_LANES void store_points(packed3 *to, wide_points p, uint32_t count)
+{
+    _Alignas(64) float triples[3 * WIDE_LANES];
+#if WIDE_LANES == 16
+    const __m512i first_xy = _mm512_setr_epi32(0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5);
+    const __m512i second_xy = _mm512_setr_epi32(21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0, 9, 25, 0, 10, 26);
+    const __m512i third_xy = _mm512_setr_epi32(0, 11, 27, 0, 12, 28, 0, 13, 29, 0, 14, 30, 0, 15, 31, 0);
+    const __m512i first_z = _mm512_setr_epi32(0, 1, 16, 3, 4, 17, 6, 7, 18, 9, 10, 19, 12, 13, 20, 15);
+    const __m512i second_z = _mm512_setr_epi32(0, 21, 2, 3, 22, 5, 6, 23, 8, 9, 24, 11, 12, 25, 14, 15);
+    const __m512i third_z = _mm512_setr_epi32(26, 1, 2, 27, 4, 5, 28, 7, 8, 29, 10, 11, 30, 13, 14, 31);
+    __m512 x = (__m512)p.x, y = (__m512)p.y, z = (__m512)p.z;
+    float *out = count >= WIDE_LANES ? to->v : triples;
+    _mm512_storeu_ps(out, _mm512_permutex2var_ps(_mm512_permutex2var_ps(x, first_xy, y), first_z, z));
+    _mm512_storeu_ps(out + 16, _mm512_permutex2var_ps(_mm512_permutex2var_ps(x, second_xy, y), second_z, z));
+    _mm512_storeu_ps(out + 32, _mm512_permutex2var_ps(_mm512_permutex2var_ps(x, third_xy, y), third_z, z));
+    if (count < WIDE_LANES) {
+        memcpy(to, triples, count * sizeof *to);
+    }
+#else
+    for (int i = 0; i < WIDE_LANES; i++) {
+        triples[3 * i] = p.x[i];
+        triples[3 * i + 1] = p.y[i];
+        triples[3 * i + 2] = p.z[i];
+    }
+    memcpy(to, triples, (count < WIDE_LANES ? count : WIDE_LANES) * sizeof *to);
+#endif
+}
+
+void CLAST_KERNEL(clast_displace)(const clast_displace_job *job)
+{
+    level_tables tables;
+    if (job->height != NULL) {
+        fill_tables(&job->height->map, &tables);
+    }
+    for (uint32_t first = 0; first < job->count; first += WIDE_LANES) {
+        wide_weights w = weights_at(job, first);
+        blended at = job->numbers != NULL ? blend_own(job, first, w) : blend_same(job->corners, w);
+        clast_wide height = wide_splat(job->offset);
+        if (job->height != NULL) {
+            height = value_of(job->height, &tables, &at) * job->scale + job->offset;
+        }
+        store_points(job->positions + first, displace(&at, height), job->count - first);
+    }
+}
