@@ -57,6 +57,19 @@
     X(CLAST_METRIC_LENGTH, 2, "length") /* in the world */ \
     X(CLAST_METRIC_FIXED, 3, "fixed")   /* as many segments for all edges */
 
+/* X(name, value, text): what of a node an animation moves; glTF 2.0 animation.channel.target.path. */
+#define CLAST_ANIMATED_LIST(X) \
+    X(CLAST_ANIMATED_TRANSLATION, 0, "translation") \
+    X(CLAST_ANIMATED_ROTATION, 1, "rotation") \
+    X(CLAST_ANIMATED_SCALE, 2, "scale") \
+    X(CLAST_ANIMATED_WEIGHTS, 3, "weights") /* of morph targets */
+
+/* X(name, value, text): how an animation goes from key to key; glTF 2.0 animation.sampler.interpolation. */
+#define CLAST_INTERPOLATION_LIST(X) \
+    X(CLAST_INTERPOLATION_LINEAR, 0, "LINEAR") /* rotations along the shorter arc */ \
+    X(CLAST_INTERPOLATION_STEP, 1, "STEP") \
+    X(CLAST_INTERPOLATION_CUBICSPLINE, 2, "CUBICSPLINE")
+
 /* X(name, value, text): glTF 2.0 alpha modes. */
 #define CLAST_ALPHA_LIST(X) \
     X(CLAST_ALPHA_OPAQUE, 0, "OPAQUE") \

@@ -44,7 +44,7 @@ clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc 
     if (status != CLAST_OK) {
         return status;
     }
-    clast_scene_camera added = {.desc = *camera};
+    clast_scene_camera added = {.desc = *camera, .node = CLAST_NONE};
     if (name != NULL && name[0] != '\0') {
         added.name = clast_copy_text(context, name);
         if (added.name == NULL) {
@@ -181,25 +181,36 @@ static bool parse_camera(const char *text, clast_camera_desc *camera)
     return part >= 2 && !(p[0] == t[0] && p[1] == t[1] && p[2] == t[2]);
 }
 
-clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height,
-                                       clast_camera *camera)
+uint32_t clast_scene_find_camera(const clast_scene *scene, const char *text)
 {
     if (text == NULL || text[0] == '\0') {
-        clast_camera_desc desc = scene->camera_count != 0 ? scene->cameras[0].desc
-                                                          : default_camera(scene, (float)width / (float)height);
-        *camera = clast_camera_record(&desc, width, height);
-        return CLAST_OK;
+        return scene->camera_count != 0 ? 0 : CLAST_NONE;
     }
     for (size_t i = 0; i < scene->camera_count; i++) {
         char number[24];
         snprintf(number, sizeof number, "%zu", i);
         const char *name = scene->cameras[i].name;
         if ((name != NULL && strcmp(name, text) == 0) || strcmp(number, text) == 0) {
-            *camera = clast_camera_record(&scene->cameras[i].desc, width, height);
-            return CLAST_OK;
+            return (uint32_t)i;
         }
     }
+    return CLAST_NONE;
+}
+
+clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height,
+                                       clast_camera *camera)
+{
+    uint32_t number = clast_scene_find_camera(scene, text);
+    if (number != CLAST_NONE) {
+        *camera = clast_camera_record(&scene->cameras[number].desc, width, height);
+        return CLAST_OK;
+    }
     clast_camera_desc desc;
+    if (text == NULL || text[0] == '\0') {
+        desc = default_camera(scene, (float)width / (float)height);
+        *camera = clast_camera_record(&desc, width, height);
+        return CLAST_OK;
+    }
     if (parse_camera(text, &desc)) {
         *camera = clast_camera_record(&desc, width, height);
         return CLAST_OK;

@@ -80,6 +80,11 @@ clast_status clast_scene_set_instance_transform(clast_scene *scene, uint32_t num
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     instance->to_world = transform_record(transform);
+    clast_attachment *attachment = clast_scene_find_attachment(scene, number);
+    if (attachment != NULL) {
+        attachment->in_node = instance->to_world;
+        instance->to_world = clast_attachment_to_world(attachment, &scene->motion.nodes[attachment->node].to_world);
+    }
     return CLAST_OK;
 }
 
@@ -116,7 +121,7 @@ static void extend_box(clast_box *box, vec3 point)
     box->upper = store3(max3(load3(box->upper), point));
 }
 
-static clast_box geometry_box(const clast_geometry *geometry)
+static clast_box geometry_box(const clast_scene *scene, const clast_geometry *geometry)
 {
     clast_box box = empty_box();
     if (geometry->kind == CLAST_SOURCE_WAVE) {
@@ -125,6 +130,9 @@ static clast_box geometry_box(const clast_geometry *geometry)
         extend_box(&box, vec3(-half, -height, -half));
         extend_box(&box, vec3(half, height, half));
         return box;
+    }
+    if (clast_deforms(&geometry->deformation)) {
+        return clast_deformed_box(scene, geometry);
     }
     const float *p = geometry->of.mesh.positions;
     for (size_t i = 0; i < geometry->of.mesh.vertex_count; i++) {
@@ -143,7 +151,7 @@ static void find_boxes(void *data, size_t begin, size_t end, uint32_t worker)
     (void)worker;
     box_job *job = data;
     for (size_t i = begin; i < end; i++) {
-        job->boxes[i] = geometry_box(&job->scene->geometries[i]);
+        job->boxes[i] = geometry_box(job->scene, &job->scene->geometries[i]);
     }
 }
 
@@ -163,7 +171,7 @@ void clast_scene_bounds(const clast_scene *scene, float lower[3], float upper[3]
         }
         // Without memory for a box each, they are found one by one: slower, and the same.
         clast_box box = boxes != NULL ? boxes[instance->geometry]
-                                      : geometry_box(&scene->geometries[instance->geometry]);
+                                      : geometry_box(scene, &scene->geometries[instance->geometry]);
         if (!(box.lower.v[0] <= box.upper.v[0])) {
             continue;
         }
@@ -205,11 +213,11 @@ clast_status clast_scene_repeat(clast_scene *scene, uint32_t copies)
     for (uint32_t copy = 1; copy < copies; copy++) {
         float x = step_x * (float)(copy % side), z = -step_z * (float)(copy / side);
         for (size_t i = 0; i < before; i++) {
-            clast_instance instance = scene->instances[i];
-            instance.name = NULL;
-            instance.to_world.rows[0].v[3] += x;
-            instance.to_world.rows[2].v[3] += z;
-            scene->instances[scene->instance_count++] = instance;
+            status = clast_scene_copy_instance(scene, i, x, z);
+            if (status != CLAST_OK) {
+                clast_scene_drop_instances(scene, before);
+                return status;
+            }
         }
     }
     scene->instance_version++;

@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "clast/render.h"
 #include "clast/scene.h"
+#include "scene/motion.h"
 #include "shared/transform.h"
 
 typedef struct clast_scene_image {
@@ -39,6 +40,7 @@ typedef struct clast_geometry {
     } of;
     bool tessellated; // meshes
     clast_tessellation tessellation;
+    clast_deformation deformation; // meshes
     char *name;
     uint32_t version; // grows with each change
     void *blocks[CLAST_GEOMETRY_BLOCKS +
@@ -55,12 +57,14 @@ typedef struct clast_instance {
 } clast_instance;
 
 typedef struct clast_scene_light {
-    clast_light record;
+    clast_light record; // at rest
+    uint32_t node;      // that it hangs from; CLAST_NONE
     char *name;
 } clast_scene_light;
 
 typedef struct clast_scene_camera {
-    clast_camera_desc desc;
+    clast_camera_desc desc; // at rest
+    uint32_t node;          // that it hangs from; CLAST_NONE
     char *name;
 } clast_scene_camera;
 
@@ -80,6 +84,7 @@ struct clast_scene {
     size_t light_count, light_capacity;
     clast_scene_camera *cameras;
     size_t camera_count, camera_capacity;
+    clast_motion motion;
     clast_environment environment;
     bool has_environment;
     clast_render_settings settings;            // from a scene file; zero where it says nothing
@@ -115,6 +120,8 @@ float *clast_mesh_normals(clast_context *context, const clast_mesh *mesh);
 // The camera that settings name ("" is the first of the scene, or a default one), as a record for width x height pixels.
 clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height,
                                        clast_camera *camera);
+// The scene's camera that settings name; CLAST_NONE where they name none of its own.
+uint32_t clast_scene_find_camera(const clast_scene *scene, const char *text);
 clast_camera clast_camera_record(const clast_camera_desc *desc, uint32_t width, uint32_t height);
 
 #endif
