@@ -63,6 +63,10 @@ struct clast_template_set {
     uint64_t bytes; // of that memory
     uint32_t most_blocks;
     uint32_t grids[GRID_SEGMENTS][GRID_SEGMENTS]; // [rows - 1][columns - 1]: number plus one, or zero
+    // The patterns that were added last (patterns.c).
+    bool has_patterns;
+    uint32_t first_pattern;
+    uint64_t pattern_hash;
 };
 
 // ------------------------------------------------------------------------------------------------------------- boxes

@@ -58,6 +58,9 @@ clast_status clast_pattern_table_create(clast_context *context, const char *name
     if (status != CLAST_OK) {
         return status;
     }
+    for (uint32_t i = 0; i < PATTERN_ORDERED; i++) {
+        clast_pattern_shape_order(&shapes[i]);
+    }
     clast_pattern_shapes_mirror(shapes);
     size_t vertices = 0, triangles = 0; // at most PATTERN_COUNT * 128 each
     for (uint32_t i = 0; i < PATTERN_COUNT; i++) {

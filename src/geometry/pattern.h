@@ -23,7 +23,8 @@ static inline const clast_pattern *clast_pattern_of(const clast_pattern_table *t
     return &table->patterns[pattern_use(factors).number];
 }
 
-// Makes a table of PATTERN_COUNT shapes, by their numbers: the ordered ones are given, their mirror images are made. Each is
+// Makes a table of PATTERN_COUNT shapes, by their numbers: the ordered ones are given, with triangles in any order; their
+// mirror images are made. Each is
 // checked: errors (CLAST_ERROR_MALFORMED) say `name`, the pattern and what is wrong with it. The table is the caller's to free; the
 // library's own is not.
 clast_status clast_pattern_table_create(clast_context *context, const char *name, clast_pattern_shape *shapes,

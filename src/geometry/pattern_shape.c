@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/pattern_shape.h"
 
+#include <string.h>
+
+#include "geometry/blocks.h"
+
 enum { NO_SIDE = 0, INNER_SIDE = 1, BORDER_SIDE = 2 };
 
 void clast_pattern_shape_begin(clast_pattern_shape *shape, uint32_t factors)
@@ -136,6 +140,40 @@ const char *clast_pattern_shapes_fault(const clast_pattern_shape *shapes, uint32
         }
     }
     return NULL;
+}
+
+// ------------------------------------------------------------------------------------------------------------- orders
+
+// The box around a triangle of the pattern in an equilateral triangle.
+static step_box box_around(const clast_pattern_shape *shape, uint32_t triangle)
+{
+    const float scale = STEP_BOX_STEPS / (float)WEIGHT_ONE, height = 0.8660254f;
+    lanes lower = box_none_lower(), upper = box_none_upper();
+    for (uint32_t k = 0; k < 3; k++) {
+        clast_weights weights = weights_of(shape->vertices[corner_of(shape, triangle, k)]);
+        float x = (float)weights.of[1] + 0.5f * (float)weights.of[2], y = (float)weights.of[2] * height;
+        const float point[4] = {x * scale, y * scale, 0.0f, 0.0f};
+        lower = lanes_min(lower, lanes_load(point));
+        upper = lanes_max(upper, lanes_load(point));
+    }
+    return step_box_from(lower, upper);
+}
+
+void clast_pattern_shape_order(clast_pattern_shape *shape)
+{
+    SORTED_ROOM(PATTERN_TRIANGLES) room;
+    sorted_boxes sorted = SORTED_IN(&room);
+    uint16_t order[PATTERN_TRIANGLES];
+    uint32_t triangles[PATTERN_TRIANGLES];
+    for (uint32_t i = 0; i < shape->triangle_count; i++) {
+        sorted.box[i] = box_around(shape, i);
+    }
+    clast_boxes_sort(&sorted, shape->triangle_count);
+    clast_boxes_order_blocks(&sorted, 0, shape->triangle_count, order);
+    for (uint32_t i = 0; i < shape->triangle_count; i++) {
+        triangles[i] = shape->triangles[order[i]];
+    }
+    memcpy(shape->triangles, triangles, shape->triangle_count * sizeof *triangles);
 }
 
 // ------------------------------------------------------------------------------------------------------- whole tables

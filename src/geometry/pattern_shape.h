@@ -28,6 +28,9 @@ const char *clast_pattern_shape_fault(const clast_pattern_shape *shape);
 // `*second` are the numbers then. Looks at the ordered ones alone.
 const char *clast_pattern_shapes_fault(const clast_pattern_shape *shapes, uint32_t *first, uint32_t *second);
 
+// Orders the triangles so that each eight are compact, as blocks of treelets want them.
+void clast_pattern_shape_order(clast_pattern_shape *shape);
+
 // Makes the mirror images of a table's ordered shapes: corners 0 and 1 exchanged, with all vertices and triangles in the
 // image's own order.
 void clast_pattern_shapes_mirror(clast_pattern_shape *shapes);

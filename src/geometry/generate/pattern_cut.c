@@ -13,8 +13,6 @@
 
 #include <string.h>
 
-#include "geometry/blocks.h"
-
 enum {
     NO_TRIANGLE = 255,
     LARGEST_STEP = 2048, // of moving a point, in weights
@@ -325,43 +323,6 @@ static void cut_lattice(cut *c, const clast_pattern_shape *shape)
     }
 }
 
-// -------------------------------------------------------------------------------------------------------------- order
-
-// Triangles so that each eight are compact, where the triangle is equilateral.
-static void store_triangles(const cut *c, clast_pattern_shape *shape)
-{
-    SORTED_ROOM(PATTERN_TRIANGLES) room;
-    sorted_boxes sorted = SORTED_IN(&room);
-    uint16_t order[PATTERN_TRIANGLES];
-    for (uint32_t i = 0; i < c->triangle_count; i++) {
-        lanes lower = box_none_lower(), upper = box_none_upper();
-        for (uint32_t k = 0; k < 3; k++) {
-            const int32_t *weights = c->weights[c->corners[i][k]];
-            float across = (float)weights[1] + 0.5f * (float)weights[2], up = 0.8660254f * (float)weights[2];
-            const float scale = STEP_BOX_STEPS / (float)WEIGHT_ONE, p[4] = {across * scale, up * scale, 0.0f, 0.0f};
-            lower = lanes_min(lower, lanes_load(p));
-            upper = lanes_max(upper, lanes_load(p));
-        }
-        sorted.box[i] = step_box_from(lower, upper);
-    }
-    clast_boxes_sort(&sorted, c->triangle_count);
-    clast_boxes_order_blocks(&sorted, 0, c->triangle_count, order);
-    for (uint32_t i = 0; i < c->triangle_count; i++) {
-        const uint8_t *corners = c->corners[order[i]];
-        shape->triangles[i] = corners[0] | (uint32_t)corners[1] << 8 | (uint32_t)corners[2] << 16;
-    }
-    shape->triangle_count = c->triangle_count;
-}
-
-static void store(const cut *c, clast_pattern_shape *shape)
-{
-    for (uint32_t i = c->around; i < c->vertex_count; i++) {
-        shape->vertices[i] = (uint32_t)c->weights[i][1] | (uint32_t)c->weights[i][2] << 16;
-    }
-    shape->vertex_count = c->vertex_count;
-    store_triangles(c, shape);
-}
-
 // -------------------------------------------------------------------------------------------------------------- counts
 
 // As many points as make triangles of the size of an equilateral one with sides of one segment, where sides are as long as
@@ -420,6 +381,19 @@ static void cut_freely(cut *best, const clast_pattern_shape *shape, uint32_t ins
             *best = c;
         }
     }
+}
+
+static void store(const cut *c, clast_pattern_shape *shape)
+{
+    for (uint32_t i = c->around; i < c->vertex_count; i++) {
+        shape->vertices[i] = (uint32_t)c->weights[i][1] | (uint32_t)c->weights[i][2] << 16;
+    }
+    for (uint32_t i = 0; i < c->triangle_count; i++) {
+        shape->triangles[i] = c->corners[i][0] | (uint32_t)c->corners[i][1] << 8 | (uint32_t)c->corners[i][2] << 16;
+    }
+    shape->vertex_count = c->vertex_count;
+    shape->triangle_count = c->triangle_count;
+    clast_pattern_shape_order(shape);
 }
 
 void clast_pattern_cut(clast_pattern_shape *shape, uint32_t factors)
