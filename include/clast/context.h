@@ -30,9 +30,10 @@ typedef struct clast_file_view {
     void *handle; /**< the hook's own */
 } clast_file_view;
 
-/** Files. `map` makes a file's bytes readable and returns CLAST_OK, CLAST_ERROR_FILE_NOT_FOUND or
- *  CLAST_ERROR_FILE_READ. `create` begins an output file and returns a handle in `*file`; nothing appears under `path`
- *  before `commit`, which makes it durable and visible at once; `discard` gives the output up. `write` appends. */
+/** Files. `map` makes a file's bytes readable and returns CLAST_OK, CLAST_ERROR_FILE_NOT_FOUND, CLAST_ERROR_FILE_READ or
+ *  CLAST_ERROR_OUT_OF_MEMORY; the bytes must not change until `unmap`. `create` begins an output file and returns a handle in
+ *  `*file`; nothing appears under `path` before `commit`, which makes it durable and visible at once; `discard` gives the
+ *  output up. `write` appends. */
 typedef struct clast_file_hook {
     clast_status (*map)(void *user, const char *path, clast_file_view *view);
     void (*unmap)(void *user, clast_file_view *view);

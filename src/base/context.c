@@ -221,8 +221,7 @@ clast_status clast_progress(clast_context *context, const char *stage, uint64_t 
     return clast_fail(context, CLAST_ERROR_CANCELLED, "%s was cancelled", stage);
 }
 
-// Adds to the account; false where the limit would be passed.
-static bool account_add(clast_context *context, uint64_t size)
+bool clast_context_claim(clast_context *context, uint64_t size)
 {
     uint64_t limit = context->desc.memory_limit;
     uint64_t before = atomic_load(&context->memory);
@@ -235,6 +234,11 @@ static bool account_add(clast_context *context, uint64_t size)
     while (peak < before + size && !atomic_compare_exchange_weak(&context->memory_peak, &peak, before + size)) {
     }
     return true;
+}
+
+void clast_context_return(clast_context *context, uint64_t size)
+{
+    atomic_fetch_sub(&context->memory, size);
 }
 
 static clast_status out_of_memory(clast_context *context, size_t count, size_t size)
@@ -257,13 +261,13 @@ void *clast_allocate(clast_context *context, size_t count, size_t size)
 {
     size_t bytes, hook_size;
     if (!clast_multiply_size(count, size, &bytes) || !clast_add_size(bytes, 2 * BLOCK_ALIGNMENT, &hook_size) ||
-        !account_add(context, hook_size)) {
+        !clast_context_claim(context, hook_size)) {
         out_of_memory(context, count, size);
         return NULL;
     }
     void *base = context->desc.memory.reallocate(context->desc.memory.user, NULL, 0, hook_size);
     if (base == NULL) {
-        atomic_fetch_sub(&context->memory, hook_size);
+        clast_context_return(context, hook_size);
         out_of_memory(context, count, size);
         return NULL;
     }
@@ -302,7 +306,7 @@ void clast_free(clast_context *context, void *pointer)
     }
     block_header header = *header_of(pointer);
     context->desc.memory.reallocate(context->desc.memory.user, header.base, header.hook_size, 0);
-    atomic_fetch_sub(&context->memory, header.hook_size);
+    clast_context_return(context, header.hook_size);
 }
 
 char *clast_copy_text(clast_context *context, const char *text)

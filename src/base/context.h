@@ -35,6 +35,10 @@ void *clast_allocate_zeroed(clast_context *context, size_t count, size_t size);
 void *clast_reallocate(clast_context *context, void *pointer, size_t count, size_t size);
 void clast_free(clast_context *context, void *pointer);
 
+// Counts memory that was had elsewhere; false where the limit would be passed. What was claimed is returned.
+bool clast_context_claim(clast_context *context, uint64_t bytes);
+void clast_context_return(clast_context *context, uint64_t bytes);
+
 // A copy of a text, or null where memory ran out.
 char *clast_copy_text(clast_context *context, const char *text);
 

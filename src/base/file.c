@@ -16,6 +16,40 @@
 
 // ---------------------------------------------------------------------------------------------- the machine's files
 
+// A file's bytes are read into memory of our own: a mapping would end the process where another program cuts the file short, and
+// could change between a check and the use of what was checked. Only larger files are mapped, as memory may not hold them.
+#define READ_MOST ((uint64_t)1 << 30)
+enum { READ_ALIGNMENT = 64 }; // what a block that lies in a file needs (clast_blas_map)
+
+static clast_status read_whole(int file, clast_file_view *view)
+{
+    void *block;
+    size_t size = (size_t)view->size, done = 0;
+    if (posix_memalign(&block, READ_ALIGNMENT, size) != 0) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    while (done < size) {
+        ssize_t count = read(file, (char *)block + done, size - done);
+        if (count == 0 || (count < 0 && errno != EINTR)) { // it has become shorter, or cannot be read
+            free(block);
+            return CLAST_ERROR_FILE_READ;
+        }
+        done += count > 0 ? (size_t)count : 0;
+    }
+    view->data = view->handle = block;
+    return CLAST_OK;
+}
+
+static clast_status map_whole(int file, clast_file_view *view)
+{
+    void *data = view->size > SIZE_MAX ? MAP_FAILED : mmap(NULL, (size_t)view->size, PROT_READ, MAP_PRIVATE, file, 0);
+    if (data == MAP_FAILED) {
+        return CLAST_ERROR_FILE_READ;
+    }
+    view->data = data;
+    return CLAST_OK;
+}
+
 static clast_status machine_map(void *user, const char *path, clast_file_view *view)
 {
     (void)user;
@@ -25,30 +59,25 @@ static clast_status machine_map(void *user, const char *path, clast_file_view *v
         return errno == ENOENT || errno == ENOTDIR ? CLAST_ERROR_FILE_NOT_FOUND : CLAST_ERROR_FILE_READ;
     }
     struct stat information;
-    if (fstat(file, &information) != 0 || !S_ISREG(information.st_mode)) {
-        close(file);
-        return CLAST_ERROR_FILE_READ;
-    }
-    view->size = (uint64_t)information.st_size;
-    if (view->size == 0) {
+    clast_status status = CLAST_ERROR_FILE_READ;
+    if (fstat(file, &information) == 0 && S_ISREG(information.st_mode)) {
+        view->size = (uint64_t)information.st_size;
         view->data = "";
-        close(file);
-        return CLAST_OK;
+        status = view->size == 0 ? CLAST_OK : view->size > READ_MOST ? map_whole(file, view) : read_whole(file, view);
     }
-    void *data = view->size > SIZE_MAX ? MAP_FAILED : mmap(NULL, (size_t)view->size, PROT_READ, MAP_PRIVATE, file, 0);
     close(file);
-    if (data == MAP_FAILED) {
+    if (status != CLAST_OK) {
         *view = (clast_file_view){0};
-        return CLAST_ERROR_FILE_READ;
     }
-    view->data = data;
-    return CLAST_OK;
+    return status;
 }
 
 static void machine_unmap(void *user, clast_file_view *view)
 {
     (void)user;
-    if (view->data != NULL && view->size != 0) {
+    if (view->handle != NULL) {
+        free(view->handle);
+    } else if (view->data != NULL && view->size != 0) {
         munmap((void *)view->data, (size_t)view->size);
     }
     *view = (clast_file_view){0};
@@ -203,10 +232,20 @@ const clast_file_hook clast_machine_files = {
 
 // ------------------------------------------------------------------------------------------------ by way of the hooks
 
+// Memory that the machine's hook took for a file counts as the context's; that of other hooks is theirs.
+static uint64_t memory_of(const clast_file_hook *files, const clast_file_view *view)
+{
+    return files->map == machine_map && view->handle != NULL ? view->size : 0;
+}
+
 clast_status clast_file_map(clast_context *context, const char *path, clast_file_view *view)
 {
     const clast_file_hook *files = clast_context_files(context);
     clast_status status = files->map(files->user, path, view);
+    if (status == CLAST_OK && !clast_context_claim(context, memory_of(files, view))) {
+        files->unmap(files->user, view);
+        status = CLAST_ERROR_OUT_OF_MEMORY;
+    }
     if (status != CLAST_OK) {
         *view = (clast_file_view){0};
         return clast_fail(context, status, "%s: %s", path, clast_status_text(status));
@@ -217,6 +256,7 @@ clast_status clast_file_map(clast_context *context, const char *path, clast_file
 void clast_file_unmap(clast_context *context, clast_file_view *view)
 {
     const clast_file_hook *files = clast_context_files(context);
+    clast_context_return(context, memory_of(files, view));
     if (view->data != NULL) {
         files->unmap(files->user, view);
     }

@@ -5,7 +5,8 @@
 
 #include "base/context.h"
 
-// Maps a file. The error names the path.
+// A file's bytes. The error names the path. The machine's own files are read into memory, which counts as the context's, so that
+// they stay as they are; only those of more than 1 GiB are mapped.
 clast_status clast_file_map(clast_context *context, const char *path, clast_file_view *view);
 void clast_file_unmap(clast_context *context, clast_file_view *view);
 

@@ -222,6 +222,43 @@ static void an_empty_file_maps_to_no_bytes(void **state)
     assert_text(p, p->path, "");
 }
 
+// What is in use stays as it was, whatever becomes of the file: a mapping would end the process.
+static void a_file_that_is_cut_or_changed_while_in_use_stays_as_it_was(void **state)
+{
+    place *p = *state;
+    enum { SIZE = 3 * 4096 + 5 };
+    static char text[SIZE + 1];
+    memset(text, 'x', SIZE);
+    write_text(p, text);
+    clast_file_view view;
+    uint64_t before = clast_context_memory(p->context);
+    assert_ok(p->context, clast_file_map(p->context, p->path, &view));
+    assert_int_equal(clast_context_memory(p->context), before + SIZE); // it counts
+    FILE *file = fopen(p->path, "r+b");
+    assert_non_null(file);
+    assert_int_equal(fputc('y', file), 'y');
+    fclose(file);
+    assert_memory_equal(view.data, text, SIZE);
+    assert_int_equal(truncate(p->path, 0), 0);
+    assert_memory_equal(view.data, text, SIZE);
+    clast_file_unmap(p->context, &view);
+    assert_int_equal(clast_context_memory(p->context), before);
+}
+
+static void a_file_may_be_too_large_for_the_memory_limit(void **state)
+{
+    place *p = *state;
+    write_text(p, "some words");
+    clast_context *context;
+    clast_context_desc desc = {.threads = 1, .memory_limit = 4096};
+    assert_int_equal(clast_context_create(&desc, &context), CLAST_OK);
+    assert_int_equal(truncate(p->path, 8192), 0);
+    clast_file_view view;
+    assert_int_equal(clast_file_map(context, p->path, &view), CLAST_ERROR_OUT_OF_MEMORY);
+    assert_non_null(strstr(clast_context_error(context), p->path));
+    clast_context_destroy(context);
+}
+
 // ------------------------------------------------------------------------------------------------------ hooked files
 
 typedef struct full_disk {
@@ -370,6 +407,8 @@ int main(void)
         PLACE_TEST(what_cannot_be_mapped_is_told_apart),
         PLACE_TEST(a_pipe_without_a_writer_is_refused_at_once),
         PLACE_TEST(an_empty_file_maps_to_no_bytes),
+        PLACE_TEST(a_file_that_is_cut_or_changed_while_in_use_stays_as_it_was),
+        PLACE_TEST(a_file_may_be_too_large_for_the_memory_limit),
         cmocka_unit_test(a_write_that_fails_gives_the_output_up),
         cmocka_unit_test(some_of_the_hooks_are_too_few),
         CONTEXT_TEST(a_path_is_taken_from_beside_another),
