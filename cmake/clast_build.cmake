@@ -88,7 +88,7 @@ function(clast_libraries)
         target_include_directories(clast_library_${suffix} PUBLIC
             $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
         target_link_libraries(clast_library_${suffix} PRIVATE $<BUILD_INTERFACE:clast_flags> Threads::Threads m
-            PkgConfig::jansson PkgConfig::png PkgConfig::turbojpeg PkgConfig::openexr)
+            PkgConfig::jansson PkgConfig::png PkgConfig::turbojpeg PkgConfig::openexr PkgConfig::webp PkgConfig::zstd)
         set_target_properties(clast_library_${suffix} PROPERTIES OUTPUT_NAME clast EXPORT_NAME ${suffix} LINKER_LANGUAGE C
             VERSION ${PROJECT_VERSION} SOVERSION ${CLAST_SOVERSION})
         target_link_options(clast_library_${suffix} PRIVATE -Wl,--as-needed)
@@ -105,5 +105,6 @@ function(clast_program name folder)
     add_executable(${name} ${sources})
     target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/src)
     target_link_libraries(${name} PRIVATE clast_flags clast_library_static Threads::Threads m
-        PkgConfig::jansson PkgConfig::png PkgConfig::turbojpeg PkgConfig::openexr ${program_LINK})
+        PkgConfig::jansson PkgConfig::png PkgConfig::turbojpeg PkgConfig::openexr PkgConfig::webp PkgConfig::zstd
+        ${program_LINK})
 endfunction()

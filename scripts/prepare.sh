@@ -14,6 +14,8 @@ package_is_there() {
     libpng-dev) pkg-config --exists libpng ;;
     libturbojpeg0-dev) pkg-config --exists libturbojpeg ;;
     libopenexr-dev) pkg-config --exists OpenEXR ;;
+    libwebp-dev) pkg-config --exists libwebp ;;
+    libzstd-dev) pkg-config --exists libzstd ;;
     libxxhash-dev) pkg-config --exists libxxhash ;;
     libcmocka-dev) pkg-config --exists cmocka ;;
     libembree-dev) ls /usr/include/embree*/rtcore.h || ls /usr/local/include/embree*/rtcore.h ;;
@@ -60,5 +62,6 @@ prepare() {
     fi
 }
 
-build_packages='cmake ninja-build gcc g++ pkg-config libjansson-dev libpng-dev libturbojpeg0-dev libopenexr-dev libxxhash-dev'
+build_packages='cmake ninja-build gcc g++ pkg-config libjansson-dev libpng-dev libturbojpeg0-dev libopenexr-dev libwebp-dev
+    libzstd-dev libxxhash-dev'
 test_packages='libcmocka-dev libembree-dev glslang-tools spirv-tools'

@@ -46,34 +46,50 @@ void clast_image_free(clast_context *context, clast_image *image)
     }
 }
 
+// Formats by what their files begin with.
+static const struct {
+    unsigned char size;
+    char signature[13];
+    clast_status (*decode)(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+} readers[] = {
+    {8, "\x89PNG\r\n\x1a\n", clast_png_decode},
+    {3, "\xff\xd8\xff", clast_jpeg_decode},
+    {2, "#?", clast_hdr_decode},
+    {4, "\x76\x2f\x31\x01", clast_exr_decode},
+    {4, "DDS ", clast_dds_decode},
+    {12, "\xabKTX 11\xbb\r\n\x1a\n", clast_ktx_decode},
+    {12, "\xabKTX 20\xbb\r\n\x1a\n", clast_ktx2_decode},
+    {2, "PF", clast_pfm_decode},
+    {2, "Pf", clast_pfm_decode},
+};
+
+static bool is_webp(clast_bytes bytes)
+{
+    return bytes.size >= 12 && memcmp(bytes.data, "RIFF", 4) == 0 && memcmp(bytes.data + 8, "WEBP", 4) == 0;
+}
+
 clast_status clast_decode_image(clast_context *context, const char *name, const void *data, uint64_t size,
                                 clast_image *image)
 {
     clast_bytes bytes = {data, size};
     *image = (clast_image){0};
-    if (clast_bytes_begin_with(bytes, "\x89PNG\r\n\x1a\n")) {
-        return clast_png_decode(context, name, bytes, image);
+    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++) {
+        if (size >= readers[i].size && memcmp(data, readers[i].signature, readers[i].size) == 0) {
+            return readers[i].decode(context, name, bytes, image);
+        }
     }
-    if (clast_bytes_begin_with(bytes, "\xff\xd8\xff")) {
-        return clast_jpeg_decode(context, name, bytes, image);
+    if (is_webp(bytes)) {
+        return clast_webp_decode(context, name, bytes, image);
     }
-    if (clast_bytes_begin_with(bytes, "#?")) {
-        return clast_hdr_decode(context, name, bytes, image);
-    }
-    if (clast_bytes_begin_with(bytes, "\x76\x2f\x31\x01")) {
-        return clast_exr_decode(context, name, bytes, image);
-    }
-    if (clast_bytes_begin_with(bytes, "DDS ")) {
-        return clast_dds_decode(context, name, bytes, image);
-    }
-    if (clast_bytes_begin_with(bytes, "PF") || clast_bytes_begin_with(bytes, "Pf")) {
-        return clast_pfm_decode(context, name, bytes, image);
+    if (clast_is_tga(bytes)) {
+        return clast_tga_decode(context, name, bytes, image);
     }
     if (size == 0) {
         return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: the file is empty: expected an image", name);
     }
-    return clast_fail(context, CLAST_ERROR_UNSUPPORTED,
-                      "%s: not an image that clast reads: expected PNG, JPEG, Radiance HDR, EXR, PFM or DDS", name);
+    return clast_fail(
+        context, CLAST_ERROR_UNSUPPORTED,
+        "%s: not an image that clast reads: expected PNG, JPEG, WebP, Radiance HDR, EXR, PFM, TGA, DDS or KTX", name);
 }
 
 clast_status clast_image_read(clast_context *context, const char *path, clast_image *image)

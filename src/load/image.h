@@ -29,7 +29,14 @@ clast_status clast_jpeg_decode(clast_context *context, const char *name, clast_b
 clast_status clast_hdr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_pfm_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_dds_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_ktx_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_ktx2_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_webp_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+clast_status clast_tga_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_exr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+
+// Whether the bytes begin as a TGA file does. The format has no signature, so this is asked last.
+bool clast_is_tga(clast_bytes bytes);
 
 // Each writes what its format can hold (the caller has checked) and leaves failures in output->status.
 void clast_png_encode(clast_file_output *output, const clast_image *image);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading EXR by OpenEXRCore: files of one flat part, by scanlines or tiles. The picture is the display window; what
-// the data window leaves out of it is 0.
+// Reading EXR by OpenEXRCore: the first flat part that holds a picture, by scanlines or tiles. The picture is the display window;
+// what the data window leaves out of it is 0.
 #include <math.h>
 #include <openexr.h>
 
@@ -13,6 +13,7 @@ typedef struct exr_reader {
     const char *name;
     clast_bytes bytes;
     exr_context_t file;
+    int part;
     char error[200]; // what the library said first
     exr_attr_box2i_t data, display;
     const char *channels[CHANNELS_MOST]; // the file's channel for each of the image's
@@ -72,50 +73,100 @@ static clast_status malformed(const exr_reader *reader, const char *text)
     return clast_fail(reader->context, CLAST_ERROR_MALFORMED, "%s: EXR: %s", reader->name, text);
 }
 
-static const exr_attr_chlist_entry_t *find_channel(const exr_attr_chlist_t *list, const char *name)
+// A channel of a layer, whose name is `length` letters of `layer` with their last dot; of no layer where that is 0.
+static const exr_attr_chlist_entry_t *find_channel(const exr_attr_chlist_t *list, const char *layer, size_t length,
+                                                   const char *name)
 {
     for (int i = 0; i < list->num_channels; i++) {
-        if (strcmp(list->entries[i].name.str, name) == 0) {
+        const char *text = list->entries[i].name.str;
+        if (strncmp(text, layer, length) == 0 && strcmp(text + length, name) == 0) {
             return &list->entries[i];
         }
     }
     return NULL;
 }
 
-// Which channels make the picture: R, G and B; else Y; else R; else the only one there is. A goes with each.
+typedef struct exr_choice {
+    const exr_attr_chlist_entry_t *channels[CHANNELS_MOST];
+    uint32_t count;
+} exr_choice;
+
+// The colours of a layer, and their alpha.
+static bool choose_colours(const exr_attr_chlist_t *list, const char *layer, size_t length, exr_choice *choice)
+{
+    static const char *const names[] = {"R", "G", "B", "A"};
+    for (uint32_t i = 0; i < 4; i++) {
+        choice->channels[i] = find_channel(list, layer, length, names[i]);
+    }
+    choice->count = choice->channels[3] != NULL ? 4 : 3;
+    return choice->channels[0] != NULL && choice->channels[1] != NULL && choice->channels[2] != NULL;
+}
+
+static bool choose_grey(const exr_attr_chlist_t *list, exr_choice *choice)
+{
+    const exr_attr_chlist_entry_t *grey = find_channel(list, "", 0, "Y"), *red = find_channel(list, "", 0, "R"),
+                                  *alpha = find_channel(list, "", 0, "A");
+    choice->channels[0] = grey != NULL ? grey : red != NULL ? red : list->num_channels == 1 ? &list->entries[0] : NULL;
+    choice->channels[1] = alpha;
+    choice->count = alpha != NULL && alpha != choice->channels[0] ? 2 : 1;
+    return choice->channels[0] != NULL;
+}
+
+// The first layer that has colours.
+static bool choose_layer(const exr_attr_chlist_t *list, exr_choice *choice)
+{
+    for (int i = 0; i < list->num_channels; i++) {
+        const char *text = list->entries[i].name.str, *dot = strrchr(text, '.');
+        if (dot != NULL && choose_colours(list, text, (size_t)(dot + 1 - text), choice)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Which channels make the picture: R, G and B; else Y; else R; else the only one there is; else R, G and B of a layer. A goes
+// with each.
 static clast_status choose_channels(exr_reader *reader)
 {
     const exr_attr_chlist_t *list;
-    exr_result_t result = exr_get_channels(reader->file, 0, &list);
+    exr_result_t result = exr_get_channels(reader->file, reader->part, &list);
     if (result != EXR_ERR_SUCCESS) {
         return failed(reader, result);
     }
-    const exr_attr_chlist_entry_t *chosen[CHANNELS_MOST] = {NULL};
-    uint32_t count = 0;
-    if (find_channel(list, "R") && find_channel(list, "G") && find_channel(list, "B")) {
-        chosen[count++] = find_channel(list, "R");
-        chosen[count++] = find_channel(list, "G");
-        chosen[count++] = find_channel(list, "B");
-    } else if (find_channel(list, "RY") || find_channel(list, "BY")) {
-        return unsupported(reader, "luminance and chroma channels (RY, BY) are not read");
-    } else if (find_channel(list, "Y") || find_channel(list, "R")) {
-        chosen[count++] = find_channel(list, "Y") ? find_channel(list, "Y") : find_channel(list, "R");
-    } else if (list->num_channels == 1) {
-        chosen[count++] = &list->entries[0];
-    } else {
-        return unsupported(reader, "expected channels R, G and B, or Y");
+    exr_choice choice;
+    if (!choose_colours(list, "", 0, &choice)) {
+        if (find_channel(list, "", 0, "RY") || find_channel(list, "", 0, "BY")) {
+            return unsupported(reader, "luminance and chroma channels (RY, BY) are not read");
+        }
+        if (!choose_grey(list, &choice) && !choose_layer(list, &choice)) {
+            return unsupported(reader, "expected channels R, G and B, or Y");
+        }
     }
-    if (find_channel(list, "A") && find_channel(list, "A") != chosen[0]) {
-        chosen[count++] = find_channel(list, "A");
-    }
-    for (uint32_t i = 0; i < count; i++) {
-        if (chosen[i]->x_sampling != 1 || chosen[i]->y_sampling != 1) {
+    for (uint32_t i = 0; i < choice.count; i++) {
+        if (choice.channels[i]->x_sampling != 1 || choice.channels[i]->y_sampling != 1) {
             return unsupported(reader, "subsampled channels are not read");
         }
-        reader->channels[i] = chosen[i]->name.str;
+        reader->channels[i] = choice.channels[i]->name.str;
     }
-    reader->channel_count = count;
+    reader->channel_count = choice.count;
     return CLAST_OK;
+}
+
+// Takes the first flat part whose channels make a picture; where none does, the error is that of the last.
+static clast_status choose_part(exr_reader *reader, int parts)
+{
+    clast_status status = parts > 0 ? CLAST_ERROR_UNSUPPORTED : malformed(reader, "the file has no part");
+    for (int part = 0; part < parts && status == CLAST_ERROR_UNSUPPORTED; part++) {
+        exr_storage_t storage;
+        exr_result_t result = exr_get_storage(reader->file, part, &storage);
+        if (result != EXR_ERR_SUCCESS) {
+            return failed(reader, result);
+        }
+        bool is_flat = storage == EXR_STORAGE_SCANLINE || storage == EXR_STORAGE_TILED;
+        reader->part = part;
+        status = is_flat ? choose_channels(reader) : unsupported(reader, "deep pixels are not read");
+    }
+    return status;
 }
 
 static bool window_size(const exr_attr_box2i_t *window, uint64_t *width, uint64_t *height)
@@ -138,26 +189,18 @@ static clast_status read_header(exr_reader *reader)
     settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_result_t result = exr_start_read(&reader->file, reader->name, &settings);
     int parts = 0;
-    exr_storage_t storage;
     if (result == EXR_ERR_SUCCESS) {
         result = exr_get_count(reader->file, &parts);
     }
-    if (result == EXR_ERR_SUCCESS && parts != 1) {
-        return unsupported(reader, "the file has several parts; one is read");
+    clast_status status = result == EXR_ERR_SUCCESS ? choose_part(reader, parts) : failed(reader, result);
+    if (status != CLAST_OK) {
+        return status;
     }
+    result = exr_get_data_window(reader->file, reader->part, &reader->data);
     if (result == EXR_ERR_SUCCESS) {
-        result = exr_get_storage(reader->file, 0, &storage);
+        result = exr_get_display_window(reader->file, reader->part, &reader->display);
     }
-    if (result == EXR_ERR_SUCCESS && storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED) {
-        return unsupported(reader, "deep pixels are not read");
-    }
-    if (result == EXR_ERR_SUCCESS) {
-        result = exr_get_data_window(reader->file, 0, &reader->data);
-    }
-    if (result == EXR_ERR_SUCCESS) {
-        result = exr_get_display_window(reader->file, 0, &reader->display);
-    }
-    return result == EXR_ERR_SUCCESS ? choose_channels(reader) : failed(reader, result);
+    return result == EXR_ERR_SUCCESS ? CLAST_OK : failed(reader, result);
 }
 
 // The chunk table and the largest chunk must be possible for a file of this size before the library allocates them.
@@ -173,11 +216,12 @@ static clast_status check_sizes(exr_reader *reader)
                           "%s: an image of %llu x %llu pixels: at most %d a side are read", reader->name,
                           (unsigned long long)width, (unsigned long long)height, CLAST_IMAGE_SIDE);
     }
-    if (exr_get_chunk_count(reader->file, 0, &chunks) != EXR_ERR_SUCCESS || chunks <= 0 ||
+    if (exr_get_chunk_count(reader->file, reader->part, &chunks) != EXR_ERR_SUCCESS || chunks <= 0 ||
         (uint64_t)chunks > reader->bytes.size / 8) {
         return malformed(reader, "the file is too short for its chunk table");
     }
-    if (exr_get_chunk_unpacked_size(reader->file, 0, &unpacked) != EXR_ERR_SUCCESS || unpacked > CLAST_IMAGE_BYTES) {
+    if (exr_get_chunk_unpacked_size(reader->file, reader->part, &unpacked) != EXR_ERR_SUCCESS ||
+        unpacked > CLAST_IMAGE_BYTES) {
         return clast_fail(reader->context, CLAST_ERROR_LIMIT, "%s: EXR: a chunk is larger than %llu bytes",
                           reader->name, (unsigned long long)CLAST_IMAGE_BYTES);
     }
@@ -271,16 +315,17 @@ static bool store_chunk(exr_reader *reader, const exr_decode_pipeline_t *decoder
 // Reads and decompresses a chunk.
 static exr_result_t decode_chunk(exr_reader *reader, exr_decode_pipeline_t *decoder, const exr_chunk_info_t *chunk)
 {
-    exr_result_t result = decoder->channels == NULL ? exr_decoding_initialize(reader->file, 0, chunk, decoder)
-                                                    : exr_decoding_update(reader->file, 0, chunk, decoder);
+    exr_result_t result = decoder->channels == NULL
+                              ? exr_decoding_initialize(reader->file, reader->part, chunk, decoder)
+                              : exr_decoding_update(reader->file, reader->part, chunk, decoder);
     if (result == EXR_ERR_SUCCESS) {
-        result = exr_decoding_choose_default_routines(reader->file, 0, decoder);
+        result = exr_decoding_choose_default_routines(reader->file, reader->part, decoder);
     }
     decoder->unpack_and_convert_fn = NULL;
     if (chunk->packed_size == chunk->unpacked_size) { // what packing made no smaller is stored as it is
         decoder->decompress_fn = NULL;
     }
-    return result == EXR_ERR_SUCCESS ? exr_decoding_run(reader->file, 0, decoder) : result;
+    return result == EXR_ERR_SUCCESS ? exr_decoding_run(reader->file, reader->part, decoder) : result;
 }
 
 static clast_status read_chunk(exr_reader *reader, exr_decode_pipeline_t *decoder, const exr_chunk_info_t *chunk,
@@ -288,12 +333,15 @@ static clast_status read_chunk(exr_reader *reader, exr_decode_pipeline_t *decode
 {
     // The library allocates what a chunk says that it unpacks to, and does not always hold that against the part's own size.
     uint64_t largest = 0;
-    exr_get_chunk_unpacked_size(reader->file, 0, &largest);
+    exr_get_chunk_unpacked_size(reader->file, reader->part, &largest);
     if (chunk->width <= 0 || chunk->height <= 0 || chunk->unpacked_size > largest ||
         chunk->packed_size > reader->bytes.size) {
         return malformed(reader, "a chunk has an impossible size");
     }
     exr_result_t result = decode_chunk(reader, decoder, chunk);
+    if (result == EXR_ERR_OUT_OF_MEMORY && decoder->unpacked_buffer != NULL) {
+        return malformed(reader, "a chunk does not unpack"); // with room for it, the library means its data
+    }
     if (result != EXR_ERR_SUCCESS) {
         return failed(reader, result);
     }
@@ -311,13 +359,13 @@ static clast_status read_chunk(exr_reader *reader, exr_decode_pipeline_t *decode
 static clast_status read_scanlines(exr_reader *reader, exr_decode_pipeline_t *decoder)
 {
     int32_t lines = 0;
-    exr_result_t result = exr_get_scanlines_per_chunk(reader->file, 0, &lines);
+    exr_result_t result = exr_get_scanlines_per_chunk(reader->file, reader->part, &lines);
     if (result != EXR_ERR_SUCCESS || lines <= 0) {
         return malformed(reader, "the chunks hold no scanlines");
     }
     for (int64_t y = reader->data.min.y; y <= reader->data.max.y; y += lines) {
         exr_chunk_info_t chunk;
-        result = exr_read_scanline_chunk_info(reader->file, 0, (int)y, &chunk);
+        result = exr_read_scanline_chunk_info(reader->file, reader->part, (int)y, &chunk);
         clast_status status = result == EXR_ERR_SUCCESS ? read_chunk(reader, decoder, &chunk, reader->data.min.x, y)
                                                         : failed(reader, result);
         if (status != CLAST_OK) {
@@ -330,7 +378,7 @@ static clast_status read_scanlines(exr_reader *reader, exr_decode_pipeline_t *de
 static clast_status read_tiles(exr_reader *reader, exr_decode_pipeline_t *decoder)
 {
     int32_t width, height;
-    exr_result_t result = exr_get_tile_sizes(reader->file, 0, 0, 0, &width, &height);
+    exr_result_t result = exr_get_tile_sizes(reader->file, reader->part, 0, 0, &width, &height);
     if (result != EXR_ERR_SUCCESS || width <= 0 || height <= 0) {
         return malformed(reader, "the tiles have no size");
     }
@@ -340,7 +388,7 @@ static clast_status read_tiles(exr_reader *reader, exr_decode_pipeline_t *decode
         int64_t x = i % across;
         int64_t y = i / across;
         exr_chunk_info_t chunk;
-        result = exr_read_tile_chunk_info(reader->file, 0, (int)x, (int)y, 0, 0, &chunk);
+        result = exr_read_tile_chunk_info(reader->file, reader->part, (int)x, (int)y, 0, 0, &chunk);
         clast_status status = result == EXR_ERR_SUCCESS
                                   ? read_chunk(reader, decoder, &chunk, reader->data.min.x + x * width,
                                                reader->data.min.y + y * height)
@@ -368,7 +416,7 @@ static clast_status read_pixels(exr_reader *reader)
         return status;
     }
     memset((void *)reader->image.pixels, 0, (size_t)(width * height * reader->channel_count * 4));
-    exr_get_storage(reader->file, 0, &storage);
+    exr_get_storage(reader->file, reader->part, &storage);
     exr_decode_pipeline_t decoder = EXR_DECODE_PIPELINE_INITIALIZER;
     status = storage == EXR_STORAGE_TILED ? read_tiles(reader, &decoder) : read_scanlines(reader, &decoder);
     exr_decoding_destroy(reader->file, &decoder);

@@ -21,8 +21,8 @@ clast_status clast_load_into(clast_scene *scene, const char *path);
 // The same for a model that a scene file names: refuses scene files, so that none can name itself.
 clast_status clast_load_model(clast_scene *scene, const char *path);
 
-// Decodes an image in memory: PNG, JPEG, Radiance HDR, EXR, PFM, DDS, told by the contents. `name` is for errors. The pixels are a block of
-// clast_allocate.
+// Decodes an image in memory (the formats of clast_image_read), told by the contents. `name` is for errors. The pixels are a
+// block of clast_allocate.
 clast_status clast_decode_image(clast_context *context, const char *name, const void *data, uint64_t size,
                                 clast_image *image);
 

@@ -242,14 +242,28 @@ static void add_blue(const clast_image *image, bool is_signed)
     }
 }
 
+static uint32_t divide(uint32_t colour, uint32_t alpha, uint32_t most)
+{
+    uint64_t value = ((uint64_t)colour * most + alpha / 2) / alpha;
+    return value < most ? (uint32_t)value : most;
+}
+
 static void divide_by_alpha(const clast_image *image)
 {
-    uint8_t *pixels = (uint8_t *)image->pixels;
-    for (size_t i = 0; i < (size_t)image->width * image->height; i++) {
-        uint32_t alpha = pixels[4 * i + 3];
-        for (uint32_t c = 0; c < 3 && alpha != 0; c++) {
-            uint32_t value = (pixels[4 * i + c] * 255u + alpha / 2) / alpha;
-            pixels[4 * i + c] = (uint8_t)(value < 255 ? value : 255);
+    uint32_t n = image->channels, colours = n - 1;
+    for (size_t i = 0; n % 2 == 0 && i < (size_t)image->width * image->height; i++) {
+        for (uint32_t c = 0; c < colours; c++) {
+            size_t at = i * n + c, alpha = i * n + colours;
+            if (image->type == CLAST_PIXEL_UNORM8) {
+                uint8_t *pixels = (uint8_t *)image->pixels;
+                pixels[at] = (uint8_t)(pixels[alpha] != 0 ? divide(pixels[at], pixels[alpha], 255) : pixels[at]);
+            } else if (image->type == CLAST_PIXEL_UNORM16) {
+                uint16_t *pixels = (uint16_t *)image->pixels;
+                pixels[at] = (uint16_t)(pixels[alpha] != 0 ? divide(pixels[at], pixels[alpha], 65535) : pixels[at]);
+            } else {
+                float *pixels = (float *)image->pixels;
+                pixels[at] = pixels[alpha] > 0.0f ? pixels[at] / pixels[alpha] : pixels[at];
+            }
         }
     }
 }

@@ -37,18 +37,23 @@ static void add_channel(exr_file *file, const char *name, exr_pixel_type_t type)
 }
 
 // Writes a chunk whose channels are all the same words, one after the other.
-static void write_chunk(exr_file *file, exr_chunk_info_t *chunk, const void *words, int32_t size)
+static void write_part_chunk(exr_file *file, int part, exr_chunk_info_t *chunk, const void *words, int32_t size)
 {
     exr_encode_pipeline_t encoder = EXR_ENCODE_PIPELINE_INITIALIZER;
-    assert_int_equal(exr_encoding_initialize(file->file, 0, chunk, &encoder), 0);
+    assert_int_equal(exr_encoding_initialize(file->file, part, chunk, &encoder), 0);
     for (int i = 0; i < encoder.channel_count; i++) {
         encoder.channels[i].user_pixel_stride = size;
         encoder.channels[i].user_line_stride = size * chunk->width;
         encoder.channels[i].encode_from_ptr = words;
     }
-    assert_int_equal(exr_encoding_choose_default_routines(file->file, 0, &encoder), 0);
-    assert_int_equal(exr_encoding_run(file->file, 0, &encoder), 0);
+    assert_int_equal(exr_encoding_choose_default_routines(file->file, part, &encoder), 0);
+    assert_int_equal(exr_encoding_run(file->file, part, &encoder), 0);
     exr_encoding_destroy(file->file, &encoder);
+}
+
+static void write_chunk(exr_file *file, exr_chunk_info_t *chunk, const void *words, int32_t size)
+{
+    write_part_chunk(file, 0, chunk, words, size);
 }
 
 static clast_status finish(clast_context *context, exr_file *file, clast_image *image)
@@ -161,6 +166,61 @@ static void channels_that_make_no_picture_are_refused(void **state)
     }
 }
 
+static void the_first_layer_with_colours_stands_for_a_picture(void **state)
+{
+    clast_context *context = *state;
+    static const char *const names[] = {"Depth.Z", "View.Combined.A", "View.Combined.B", "View.Combined.G",
+                                        "View.Combined.R"};
+    exr_file file = begin_row(EXR_COMPRESSION_NONE);
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        add_channel(&file, names[i], EXR_PIXEL_FLOAT);
+    }
+    const float row[4] = {1.0f, 2.0f, 3.0f, 4.0f};
+    clast_image image;
+    assert_ok(context, write_row(context, &file, row, 4, &image));
+    assert_int_equal(image.channels, 4);
+    assert_true(((const float *)image.pixels)[4] == 2.0f);
+    clast_image_free(context, &image);
+}
+
+// Two parts: the first has channels that make no picture.
+static void the_first_part_with_a_picture_is_read(void **state)
+{
+    clast_context *context = *state;
+    exr_file file = {.path = "/tmp/clast-exr-XXXXXX"};
+    int descriptor = mkstemp(file.path);
+    assert_true(descriptor >= 0);
+    close(descriptor);
+    exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    exr_attr_box2i_t box = window(0, 0, 3, 0);
+    exr_attr_v2f_t centre = {{{0.0f, 0.0f}}};
+    static const char *const channels[][2] = {{"N.X", "N.Y"}, {"Y", "Z"}};
+    assert_int_equal(exr_start_write(&file.file, file.path, EXR_WRITE_FILE_DIRECTLY, &settings), 0);
+    for (int part = 0; part < 2; part++) {
+        int number;
+        assert_int_equal(exr_add_part(file.file, part == 0 ? "vectors" : "picture", EXR_STORAGE_SCANLINE, &number), 0);
+        assert_int_equal(exr_initialize_required_attr(file.file, part, &box, &box, 1.0f, &centre, 1.0f,
+                                                      EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIPS),
+                         0);
+        for (int i = 0; i < 2; i++) {
+            assert_int_equal(
+                exr_add_channel(file.file, part, channels[part][i], EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1), 0);
+        }
+    }
+    assert_int_equal(exr_write_header(file.file), 0);
+    const float rows[2][4] = {{9.0f, 9.0f, 9.0f, 9.0f}, {1.0f, 2.0f, 3.0f, 4.0f}};
+    for (int part = 0; part < 2; part++) {
+        exr_chunk_info_t chunk;
+        assert_int_equal(exr_write_scanline_chunk_info(file.file, part, 0, &chunk), 0);
+        write_part_chunk(&file, part, &chunk, rows[part], 4);
+    }
+    clast_image image;
+    assert_ok(context, finish(context, &file, &image));
+    assert_int_equal(image.channels, 1);
+    assert_memory_equal(image.pixels, rows[1], sizeof rows[1]);
+    clast_image_free(context, &image);
+}
+
 static void what_lies_outside_the_data_window_is_zero(void **state)
 {
     clast_context *context = *state;
@@ -185,6 +245,8 @@ int main(void)
         CONTEXT_TEST(half_and_whole_numbers_become_floats),
         CONTEXT_TEST(layers_beside_the_picture_are_left_out),
         CONTEXT_TEST(channels_that_make_no_picture_are_refused),
+        CONTEXT_TEST(the_first_layer_with_colours_stands_for_a_picture),
+        CONTEXT_TEST(the_first_part_with_a_picture_is_read),
         CONTEXT_TEST(what_lies_outside_the_data_window_is_zero),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -123,7 +123,8 @@ static void what_is_no_image_is_refused(void **state)
 {
     fixture *f = *state;
     ASSERT_REFUSED(f, "", CLAST_ERROR_MALFORMED, "empty");
-    ASSERT_REFUSED(f, "GIF89a", CLAST_ERROR_UNSUPPORTED, "expected PNG, JPEG, Radiance HDR, EXR, PFM or DDS");
+    ASSERT_REFUSED(f, "GIF89a", CLAST_ERROR_UNSUPPORTED,
+                   "expected PNG, JPEG, WebP, Radiance HDR, EXR, PFM, TGA, DDS or KTX");
     clast_image image;
     assert_int_equal(clast_image_read(f->context, "nowhere.png", &image), CLAST_ERROR_FILE_NOT_FOUND);
 }

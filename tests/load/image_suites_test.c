@@ -135,12 +135,39 @@ static void exr_packed_otherwise_is_the_same(void **state)
     assert_same(*state, "exr-compression/u16", "f16_rle.exr", "f16_piz.exr");
 }
 
-static void exr_without_a_decoder_is_refused_by_name(void **state)
+// OpenEXRCore has decoded this packing since 3.1.10; what it gives may differ from another decoder's in the last bits.
+static void exr_packed_by_dwa_is_read_or_refused_by_name(void **state)
 {
+    static const char *const packings[] = {"dwaa", "dwab"};
+    for (int i = 0; i < 2; i++) {
+        char name[64];
+        clast_image image;
+        snprintf(name, sizeof name, "%s.exr", packings[i]);
+        clast_status status = clast_image_read(*state, path_of("exr-compression/f16", name), &image);
+        if (status == CLAST_ERROR_UNSUPPORTED) {
+            assert_non_null(strstr(clast_context_error(*state), "DWA"));
+            continue;
+        }
+        assert_ok(*state, status);
+        snprintf(name, sizeof name, "decompressed_%s.exr", packings[i]);
+        clast_image expected = read_image(*state, "exr-compression/f16", name);
+        clast_image_difference difference;
+        assert_ok(*state, clast_image_compare(*state, &image, &expected, &difference));
+        assert_true(difference.maximum < 1e-2);
+        clast_image_free(*state, &image);
+        clast_image_free(*state, &expected);
+    }
+}
+
+static void a_real_ktx_file_is_read(void **state)
+{
+    snprintf(path_text, sizeof path_text, "%s/displacement-tex/crate01_color_height_rgba.ktx", test_assets());
     clast_image image;
-    assert_int_equal(clast_image_read(*state, path_of("exr-compression/f32", "dwaa.exr"), &image),
-                     CLAST_ERROR_UNSUPPORTED);
-    assert_non_null(strstr(clast_context_error(*state), "DWA"));
+    assert_ok(*state, clast_image_read(*state, path_text, &image));
+    assert_int_equal(image.width, 512);
+    assert_int_equal(image.channels, 4);
+    assert_memory_equal(image.pixels, "\x86\x7a\x6b\xbb", 4);
+    clast_image_free(*state, &image);
 }
 
 static void an_exr_picture_is_its_display_window(void **state)
@@ -212,7 +239,8 @@ int main(void)
         CONTEXT_TEST(png_cut_or_packed_otherwise_is_the_same),
         CONTEXT_TEST(png_kinds_become_these_channels),
         CONTEXT_TEST(exr_packed_otherwise_is_the_same),
-        CONTEXT_TEST(exr_without_a_decoder_is_refused_by_name),
+        CONTEXT_TEST(exr_packed_by_dwa_is_read_or_refused_by_name),
+        CONTEXT_TEST(a_real_ktx_file_is_read),
         CONTEXT_TEST(an_exr_picture_is_its_display_window),
         CONTEXT_TEST(all_of_pngsuite_is_read),
         CONTEXT_TEST(broken_pictures_are_refused),
