@@ -142,6 +142,13 @@ CLAST_LANES clast_wide wide_to_floats(clast_wide_ints a)
     return __builtin_convertvector(a, clast_wide);
 }
 
+// Zeros come in.
+CLAST_LANES clast_wide_ints wide_shift_right(clast_wide_ints a, int bits)
+{
+    typedef uint32_t words __attribute__((vector_size(4 * WIDE_LANES)));
+    return (clast_wide_ints)((words)a >> bits);
+}
+
 // Lane i is table[places[i]], places below WIDE_TABLE.
 CLAST_LANES clast_wide wide_look_up(const float table[WIDE_TABLE], clast_wide_ints places)
 {

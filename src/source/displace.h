@@ -8,13 +8,23 @@
 #include "source/height.h"
 
 // A corner of a base triangle: all that is blended, in one line of the cache.
+enum {
+    DISPLACE_POSITION = 0,
+    DISPLACE_NORMAL = 3,
+    DISPLACE_COORDINATES = 6, // of the map
+    DISPLACE_LEVEL = 8,       // of the map
+    DISPLACE_ATTRIBUTES = 9,
+    DISPLACE_FLOATS = 16, // those beyond the attributes are any that are no denormals
+};
 typedef struct clast_displace_corner {
-    _Alignas(64) float position[3];
-    float normal[3];
-    float coordinates[2]; // of the map
-    float level;          // of the map
-    float unused[7];      // finite
+    _Alignas(64) float of[DISPLACE_FLOATS];
 } clast_displace_corner;
+
+// A part of a base triangle that was split: its corners within it, and the levels of the map at them.
+typedef struct clast_displace_part {
+    uint32_t corners[3]; // weights_word()
+    float levels[3];
+} clast_displace_part;
 
 // Points that one map displaces.
 typedef struct clast_displace_job {
@@ -22,9 +32,9 @@ typedef struct clast_displace_job {
     float scale, offset;        // height = value * scale + offset
     const clast_displace_corner *corners;
     const uint32_t *numbers; // by point: its three corners, 8 bits each; null: corners 0, 1 and 2 for all
-    const uint32_t *weights; // by point: of its corners, as weights_word()
-    const uint32_t
-        *child; // null, or weights_word() of three corners within the base triangle: `weights` are theirs then
+    const uint32_t *weights; // by point: weights_word()
+    // Null, or the part of the triangle of corners 0, 1 and 2 that all points are weights of.
+    const clast_displace_part *part;
     uint32_t count;
     packed3 *positions; // by point: written
 } clast_displace_job;

@@ -9,12 +9,9 @@
 #error "pairs of texels are taken apart as a little-endian machine stores them"
 #endif
 
-enum { ATTRIBUTES = 9, CORNER_FLOATS = 16 };
-_Static_assert(sizeof(clast_displace_corner) == CORNER_FLOATS * sizeof(float), "size of clast_displace_corner");
-
 // What is blended, in the order of a corner's floats.
 typedef struct blended {
-    clast_wide of[ATTRIBUTES]; // position, normal, coordinates, level
+    clast_wide of[DISPLACE_ATTRIBUTES];
 } blended;
 
 typedef struct wide_weights {
@@ -23,8 +20,8 @@ typedef struct wide_weights {
 
 // ------------------------------------------------------------------------------------------------------------- weights
 
-// weights_rebase(): the weights of points of a child, whose corners are weights of the base triangle themselves.
-CLAST_LANES void rebase(clast_wide_ints w[3], const uint32_t child[3])
+// weights_within(): from weights of a part's corners to weights of the base triangle.
+CLAST_LANES void rebase(clast_wide_ints w[3], const uint32_t corners[3])
 {
     clast_wide_ints sums[3];
     const clast_wide_ints one = wide_splat_ints(32768);
@@ -32,7 +29,7 @@ CLAST_LANES void rebase(clast_wide_ints w[3], const uint32_t child[3])
         sums[k] = wide_splat_ints(16384);
     }
     for (int corner = 0; corner < 3; corner++) {
-        int32_t second = (int32_t)(child[corner] & 65535), third = (int32_t)(child[corner] >> 16);
+        int32_t second = (int32_t)(corners[corner] & 65535), third = (int32_t)(corners[corner] >> 16);
         sums[0] += w[corner] * wide_splat_ints(32768 - second - third);
         sums[1] += w[corner] * wide_splat_ints(second);
         sums[2] += w[corner] * wide_splat_ints(third);
@@ -47,34 +44,40 @@ CLAST_LANES void rebase(clast_wide_ints w[3], const uint32_t child[3])
     w[2] = wide_pick_more_ints(most_later, a, fixed_c, c);
 }
 
-CLAST_LANES wide_weights weights_at(const clast_displace_job *job, uint32_t first)
+CLAST_LANES void load_weights(const clast_displace_job *job, uint32_t first, clast_wide_ints w[3])
 {
-    clast_wide_ints words = wide_load_first(job->weights + first, job->count - first), w[3];
+    clast_wide_ints words = wide_load_first(job->weights + first, job->count - first);
     w[1] = words & wide_splat_ints(65535);
-    w[2] = (words >> 16) & wide_splat_ints(65535);
+    w[2] = wide_shift_right(words, 16);
     w[0] = wide_splat_ints(32768) - w[1] - w[2];
-    if (job->child != NULL) {
-        rebase(w, job->child);
-    }
+}
+
+CLAST_LANES wide_weights float_weights(const clast_wide_ints w[3])
+{
     return (wide_weights){{wide_to_floats(w[0]), wide_to_floats(w[1]), wide_to_floats(w[2])}};
 }
 
 // -------------------------------------------------------------------------------------------------------------- blends
 
-// All points have the same corners: each attribute's three are splat.
+CLAST_LANES clast_wide blend(float a, float b, float c, wide_weights w)
+{
+    return ((wide_splat(a) * w.of[0] + wide_splat(b) * w.of[1]) + wide_splat(c) * w.of[2]) * 0x1p-15f;
+}
+
+// All points have the same corners.
 CLAST_LANES blended blend_same(const clast_displace_corner *corners, wide_weights w)
 {
-    const float *a = corners[0].position, *b = corners[1].position, *c = corners[2].position;
+    const float *a = corners[0].of, *b = corners[1].of, *c = corners[2].of;
     blended all;
-    for (int k = 0; k < ATTRIBUTES; k++) {
-        all.of[k] = ((wide_splat(a[k]) * w.of[0] + wide_splat(b[k]) * w.of[1]) + wide_splat(c[k]) * w.of[2]) * 0x1p-15f;
+    for (int k = 0; k < DISPLACE_ATTRIBUTES; k++) {
+        all.of[k] = blend(a[k], b[k], c[k], w);
     }
     return all;
 }
 
 #if WIDE_LANES == 16
-// Sixteen points of sixteen floats become as many vectors, of which the first nine are wanted.
-CLAST_LANES blended turn(float points[WIDE_LANES][CORNER_FLOATS])
+// Sixteen points of sixteen floats become as many vectors, of which the first nine are wanted: one for each attribute.
+CLAST_LANES blended turn(float points[WIDE_LANES][DISPLACE_FLOATS])
 {
     __m512 fours[WIDE_LANES];
     for (int i = 0; i < WIDE_LANES; i += 4) {
@@ -101,13 +104,15 @@ CLAST_LANES blended turn(float points[WIDE_LANES][CORNER_FLOATS])
     return all;
 }
 #else
-CLAST_LANES blended turn(float points[WIDE_LANES][CORNER_FLOATS])
+CLAST_LANES blended turn(float points[WIDE_LANES][DISPLACE_FLOATS])
 {
     blended all;
-    for (int k = 0; k < ATTRIBUTES; k++) {
+    for (int k = 0; k < DISPLACE_ATTRIBUTES; k++) {
+        float each[WIDE_LANES];
         for (int i = 0; i < WIDE_LANES; i++) {
-            all.of[k][i] = points[i][k];
+            each[i] = points[i][k];
         }
+        all.of[k] = wide_load(each);
     }
     return all;
 }
@@ -116,16 +121,16 @@ CLAST_LANES blended turn(float points[WIDE_LANES][CORNER_FLOATS])
 // Each point has corners of its own: a point's attributes are blended side by side.
 CLAST_LANES blended blend_own(const clast_displace_job *job, uint32_t first, wide_weights w)
 {
-    _Alignas(64) float points[WIDE_LANES][CORNER_FLOATS], weights[3][WIDE_LANES];
+    _Alignas(64) float points[WIDE_LANES][DISPLACE_FLOATS], weights[3][WIDE_LANES];
     for (int k = 0; k < 3; k++) {
         wide_store(weights[k], w.of[k]);
     }
     uint32_t last = job->count - 1;
     for (uint32_t i = 0; i < WIDE_LANES; i++) {
         uint32_t numbers = job->numbers[first + i < last ? first + i : last];
-        const float *a = job->corners[numbers & 255].position, *b = job->corners[numbers >> 8 & 255].position;
-        const float *c = job->corners[numbers >> 16 & 255].position;
-        for (uint32_t k = 0; k < CORNER_FLOATS; k += WIDE_LANES) {
+        const float *a = job->corners[numbers & 255].of, *b = job->corners[numbers >> 8 & 255].of;
+        const float *c = job->corners[numbers >> 16 & 255].of;
+        for (uint32_t k = 0; k < DISPLACE_FLOATS; k += WIDE_LANES) {
             wide_store(points[i] + k, ((wide_load(a + k) * weights[0][i] + wide_load(b + k) * weights[1][i]) +
                                        wide_load(c + k) * weights[2][i]) *
                                           0x1p-15f);
@@ -183,8 +188,7 @@ typedef struct wide_pair {
 
 CLAST_LANES wide_pair pair_of_words(clast_wide_ints words)
 {
-    return (wide_pair){wide_to_floats(words & wide_splat_ints(65535)),
-                       wide_to_floats((words >> 16) & wide_splat_ints(65535))};
+    return (wide_pair){wide_to_floats(words & wide_splat_ints(65535)), wide_to_floats(wide_shift_right(words, 16))};
 }
 
 CLAST_LANES wide_pair fetch_integers(const uint16_t *texels, clast_wide_ints places)
@@ -195,27 +199,32 @@ CLAST_LANES wide_pair fetch_integers(const uint16_t *texels, clast_wide_ints pla
     return pair_of_words(
         (clast_wide_ints)_mm256_i32gather_epi32((const int *)(const void *)texels, (__m256i)places, 2));
 #else
-    clast_wide_ints words;
+    int32_t words[WIDE_LANES];
     for (int i = 0; i < WIDE_LANES; i++) {
-        memcpy((char *)&words + 4 * i, texels + places[i], 4);
+        memcpy(&words[i], texels + places[i], sizeof words[i]);
     }
-    return pair_of_words(words);
+    return pair_of_words(wide_load_ints(words));
+#endif
+}
+
+CLAST_LANES clast_wide fetch_float(const float *texels, clast_wide_ints places)
+{
+#if defined(__AVX512F__)
+    return (clast_wide)_mm512_i32gather_ps((__m512i)places, texels, 4);
+#elif defined(__AVX2__)
+    return (clast_wide)_mm256_i32gather_ps(texels, (__m256i)places, 4);
+#else
+    float each[WIDE_LANES];
+    for (int i = 0; i < WIDE_LANES; i++) {
+        each[i] = texels[places[i]];
+    }
+    return wide_load(each);
 #endif
 }
 
 CLAST_LANES wide_pair fetch_floats(const float *texels, clast_wide_ints places)
 {
-#if defined(__AVX512F__)
-    return (wide_pair){(clast_wide)_mm512_i32gather_ps((__m512i)places, texels, 4),
-                       (clast_wide)_mm512_i32gather_ps((__m512i)places, texels + 1, 4)};
-#else
-    wide_pair pair;
-    for (int i = 0; i < WIDE_LANES; i++) {
-        pair.first[i] = texels[places[i]];
-        pair.second[i] = texels[places[i] + 1];
-    }
-    return pair;
-#endif
+    return (wide_pair){fetch_float(texels, places), fetch_float(texels + 1, places)};
 }
 
 // height_texels() and height_bilinear()
@@ -242,8 +251,9 @@ CLAST_LANES clast_wide value_in_level(const clast_height *height, const level_ta
 CLAST_LANES clast_wide value_of(const clast_height *height, const level_tables *tables, const blended *at)
 {
     const clast_height_map *map = &height->map;
-    clast_wide u = wrap(at->of[6], map->wrap_u), v = wrap(at->of[7], map->wrap_v);
-    clast_wide level = clamp(at->of[8], 0.0f, (float)(map->level_count - 1)), whole = wide_floor(level);
+    clast_wide u = wrap(at->of[DISPLACE_COORDINATES], map->wrap_u),
+               v = wrap(at->of[DISPLACE_COORDINATES + 1], map->wrap_v);
+    clast_wide level = clamp(at->of[DISPLACE_LEVEL], 0.0f, (float)(map->level_count - 1)), whole = wide_floor(level);
     clast_wide_ints finer = wide_to_ints(whole);
     clast_wide value = value_in_level(height, tables, u, v, finer);
     if (wide_any_not_zero(level - whole)) { // else the finer alone counts, and exactly
@@ -272,7 +282,8 @@ CLAST_LANES clast_wide rsqrt(clast_wide x)
 // displaced_point()
 CLAST_LANES wide_points displace(const blended *at, clast_wide height)
 {
-    clast_wide x = at->of[3], y = at->of[4], z = at->of[5];
+    const clast_wide *normal = at->of + DISPLACE_NORMAL;
+    clast_wide x = normal[0], y = normal[1], z = normal[2];
     clast_wide square = x * x + y * y + z * z;
     clast_wide turn = rsqrt(wide_pick_less(square, wide_splat(1e-24f), wide_splat(1e-24f), square));
     return (wide_points){at->of[0] + x * turn * height, at->of[1] + y * turn * height, at->of[2] + z * turn * height};
@@ -307,6 +318,24 @@ CLAST_LANES void store_points(packed3 *to, wide_points p, uint32_t count)
 #endif
 }
 
+CLAST_LANES blended blend_points(const clast_displace_job *job, uint32_t first)
+{
+    clast_wide_ints w[3];
+    load_weights(job, first, w);
+    if (job->numbers != NULL) {
+        return blend_own(job, first, float_weights(w));
+    }
+    if (job->part == NULL) {
+        return blend_same(job->corners, float_weights(w));
+    }
+    const float *levels = job->part->levels;
+    clast_wide level = blend(levels[0], levels[1], levels[2], float_weights(w));
+    rebase(w, job->part->corners);
+    blended all = blend_same(job->corners, float_weights(w));
+    all.of[DISPLACE_LEVEL] = level;
+    return all;
+}
+
 void CLAST_KERNEL(clast_displace)(const clast_displace_job *job)
 {
     level_tables tables;
@@ -314,8 +343,7 @@ void CLAST_KERNEL(clast_displace)(const clast_displace_job *job)
         fill_tables(&job->height->map, &tables);
     }
     for (uint32_t first = 0; first < job->count; first += WIDE_LANES) {
-        wide_weights w = weights_at(job, first);
-        blended at = job->numbers != NULL ? blend_own(job, first, w) : blend_same(job->corners, w);
+        blended at = blend_points(job, first);
         clast_wide height = wide_splat(job->offset);
         if (job->height != NULL) {
             height = value_of(job->height, &tables, &at) * job->scale + job->offset;

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "shared/pattern.h"
+#include "shared/tessellation.h"
 #include "shared/random.h"
 #include "source/displace.h"
 
@@ -93,7 +93,8 @@ static void close_maps(maps *m)
 
 typedef struct points {
     clast_displace_corner corners[CORNERS];
-    uint32_t numbers[POINTS], weights[POINTS], child[3];
+    uint32_t numbers[POINTS], weights[POINTS];
+    clast_displace_part part;
     packed3 wanted[POINTS], found[POINTS + 1];
 } points;
 
@@ -123,40 +124,17 @@ static void make_corners(points *p, randoms *r, const clast_height *height)
     bool odd = below(r, 4) == 0, whole_levels = below(r, 3) == 0;
     for (uint32_t i = 0; i < CORNERS; i++) {
         clast_displace_corner *c = &p->corners[i];
-        *c = (clast_displace_corner){.level = between(r, 0.0f, levels - 1.0f)};
-        c->level = whole_levels ? floorf(levels * 0.5f) : floorf(c->level * 256.0f) / 256.0f;
+        float level = floorf(between(r, 0.0f, levels - 1.0f) * 256.0f) / 256.0f;
+        *c = (clast_displace_corner){{0}};
+        c->of[DISPLACE_LEVEL] = whole_levels ? floorf(levels * 0.5f) : level;
         for (int k = 0; k < 3; k++) {
-            c->position[k] = odd && below(r, 4) == 0 ? special(r) : between(r, -10.0f, 10.0f);
-            c->normal[k] = odd && below(r, 3) == 0 ? 0.0f : between(r, -1.0f, 1.0f);
+            c->of[DISPLACE_POSITION + k] = odd && below(r, 4) == 0 ? special(r) : between(r, -10.0f, 10.0f);
+            c->of[DISPLACE_NORMAL + k] = odd && below(r, 3) == 0 ? 0.0f : between(r, -1.0f, 1.0f);
         }
         for (int k = 0; k < 2; k++) {
-            c->coordinates[k] = odd && below(r, 2) == 0 ? special(r) : between(r, -2.0f, 3.0f);
+            c->of[DISPLACE_COORDINATES + k] = odd && below(r, 2) == 0 ? special(r) : between(r, -2.0f, 3.0f);
         }
     }
-}
-
-static float blend(float a, float b, float c, clast_weights w)
-{
-    return ((a * (float)w.of[0] + b * (float)w.of[1]) + c * (float)w.of[2]) * 0x1p-15f;
-}
-
-// A child's point as weights of the base triangle.
-static clast_weights rebase(clast_weights w, const uint32_t child[3])
-{
-    clast_weights sum = {{16384, 16384, 16384}};
-    for (int corner = 0; corner < 3; corner++) {
-        clast_weights at = weights_of(child[corner]);
-        for (int k = 0; k < 3; k++) {
-            sum.of[k] += w.of[corner] * at.of[k];
-        }
-    }
-    for (int k = 0; k < 3; k++) {
-        sum.of[k] >>= 15;
-    }
-    int largest = sum.of[1] > sum.of[0] ? 1 : 0;
-    largest = sum.of[2] > sum.of[largest] ? 2 : largest;
-    sum.of[largest] = WEIGHT_ONE - sum.of[(largest + 1) % 3] - sum.of[(largest + 2) % 3];
-    return sum;
 }
 
 static packed3 displaced(const clast_displace_job *job, uint32_t i)
@@ -165,11 +143,16 @@ static packed3 displaced(const clast_displace_job *job, uint32_t i)
     const clast_displace_corner *a = &job->corners[numbers & 255], *b = &job->corners[numbers >> 8 & 255];
     const clast_displace_corner *c = &job->corners[numbers >> 16];
     clast_weights w = weights_of(job->weights[i]);
-    w = job->child != NULL ? rebase(w, job->child) : w;
-    float of[9];
-    for (int k = 0; k < 9; k++) {
-        of[k] = blend(a->position[k], b->position[k], c->position[k], w);
+    const clast_displace_part *part = job->part;
+    float of[DISPLACE_ATTRIBUTES], level = 0.0f;
+    if (part != NULL) {
+        level = blend1(part->levels[0], part->levels[1], part->levels[2], w);
+        w = weights_within(weights_of(part->corners[0]), weights_of(part->corners[1]), weights_of(part->corners[2]), w);
     }
+    for (int k = 0; k < DISPLACE_ATTRIBUTES; k++) {
+        of[k] = blend1(a->of[k], b->of[k], c->of[k], w);
+    }
+    of[8] = part != NULL ? level : of[8];
     float height = job->offset;
     if (job->height != NULL) {
         height = clast_height_value(job->height, vec2(of[6], of[7]), of[8]) * job->scale + job->offset;
@@ -189,10 +172,11 @@ static void make_job(points *p, randoms *r, const clast_height *height, clast_di
         p->numbers[i] = next(r) & 0xffffff;
     }
     for (int k = 0; k < 3; k++) {
-        p->child[k] = any_weights(r);
+        p->part.corners[k] = any_weights(r);
+        p->part.levels[k] = p->corners[3 + k].of[DISPLACE_LEVEL];
     }
     job->numbers = below(r, 2) == 0 ? p->numbers : NULL;
-    job->child = below(r, 2) == 0 ? p->child : NULL;
+    job->part = job->numbers == NULL && below(r, 2) == 0 ? &p->part : NULL;
     for (uint32_t i = 0; i < job->count; i++) {
         p->wanted[i] = displaced(job, i);
     }
