@@ -136,6 +136,10 @@ typedef struct clast_clas_desc {
     uint32_t vertex_count;   /**< 1 to 256 */
     const uint8_t *indices;  /**< 3 for each triangle, each below vertex_count; read during the call only */
     const float *vertices;   /**< 3 floats each; they stay the caller's, and must live as long as the slot */
+    /** Not zero: each eight triangles that follow each other are close together, and become a block as they come, as those of
+     *  a template without rest positions do; and each vertex is a corner of some triangle (others make boxes larger than need
+     *  be). Takes a tenth of the time. */
+    uint32_t ordered;
 } clast_clas_desc;
 
 /** Fills slots [first, first + count) as clast_clas_instantiate does, with clusters that no template describes: what an engine
@@ -143,6 +147,32 @@ typedef struct clast_clas_desc {
  *  triangles are sorted into blocks. Parallel. */
 CLAST_API clast_status clast_clas_build(clast_clas_pool *pool, size_t first, size_t count,
                                         const clast_clas_desc *clusters);
+
+/** What a pool has room for whose clusters are set one by one. */
+typedef struct clast_clas_room {
+    size_t count;            /**< clusters, at most 2^31 */
+    uint32_t most_triangles; /**< of any cluster, of a template or of its own: 1 to 256 */
+    size_t own_bytes;        /**< for clusters with triangles of their own: the sum of their clast_clas_own_bytes */
+} clast_clas_room;
+
+/** The bytes of a pool that a cluster's own triangles take: a multiple of 8. */
+CLAST_API size_t clast_clas_own_bytes(uint32_t triangle_count);
+/** The bytes that a pool of such room takes; UINT64_MAX where none can have it. */
+CLAST_API uint64_t clast_clas_room_bytes(const clast_clas_room *room);
+/** Gives the pool `room->count` slots with nothing there, in place of those that it has; for callers that make vertices in a loop
+ *  of their own, and have them in the cache. Memory that is large enough is used again; where it is not, and the pool had
+ *  some, an eighth more is taken than is needed. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY; the pool is unchanged then. */
+CLAST_API clast_status clast_clas_pool_resize(clast_clas_pool *pool, const clast_clas_room *room);
+/** Sets a slot, as clast_clas_instantiate does. Calls for different slots may run at the same time, on any threads.
+ *  INVALID_ARGUMENT, and nothing is changed, where there is no such slot or template, no vertices, or a template has more
+ *  triangles than there is room for. */
+CLAST_API clast_status clast_clas_set(clast_clas_pool *pool, size_t slot, const clast_clas_input *input);
+/** Sets a slot, as clast_clas_build does, of a pool that was resized. The triangles go to the pool's own bytes from `place` on, a
+ *  multiple of 8: clusters set at the same time must not share any. Otherwise as clast_clas_set. */
+CLAST_API clast_status clast_clas_set_own(clast_clas_pool *pool, size_t slot, size_t place,
+                                          const clast_clas_desc *cluster);
+/** The corners of a slot's triangle, as hits number it: where its vertices are now. False, and zeros, where there is none. */
+CLAST_API bool clast_clas_corners(const clast_clas_pool *pool, size_t slot, uint32_t triangle, float corners[3][3]);
 /** Forgets the slots from `count` on. */
 CLAST_API void clast_clas_pool_truncate(clast_clas_pool *pool, size_t count);
 /** Fits the boxes of slots [first, first + count) anew, after their vertices changed. Parallel. */

@@ -7,7 +7,7 @@
 #include "base/size.h"
 #include "base/thread.h"
 
-enum { FIT_GRAIN = 64, SLOT_ALIGNMENT = 64, HEAD_AHEAD = 8, FETCH_AHEAD = 2 };
+enum { FIT_GRAIN = 64, EMPTY_GRAIN = 1024, SLOT_ALIGNMENT = 64, HEAD_AHEAD = 8, FETCH_AHEAD = 2 };
 
 static size_t stride_for(uint32_t blocks)
 {
@@ -39,18 +39,21 @@ void clast_clas_pool_destroy(clast_clas_pool *pool)
 
 // -------------------------------------------------------------------------------------------------------------- memory
 
-// What a slot takes. A topology's is zero in a pool whose clusters are all of templates.
+// What a slot takes. A topology's is zero in a pool whose clusters are all of templates, or set one by one: theirs take
+// own_bytes together.
 typedef struct slot_sizes {
-    size_t stride, topology_stride;
+    size_t stride, topology_stride, own_bytes;
 } slot_sizes;
+
+static size_t topology_bytes(uint32_t blocks)
+{
+    return sizeof(clast_template) + blocks * sizeof(clast_block);
+}
 
 static slot_sizes sizes_for(uint32_t blocks, uint32_t own_blocks)
 {
-    slot_sizes sizes = {stride_for(blocks > own_blocks ? blocks : own_blocks), 0};
-    if (own_blocks != 0) {
-        sizes.topology_stride = sizeof(clast_template) + own_blocks * sizeof(clast_block);
-    }
-    return sizes;
+    return (slot_sizes){stride_for(blocks > own_blocks ? blocks : own_blocks),
+                        own_blocks != 0 ? topology_bytes(own_blocks) : 0, 0};
 }
 
 static void take_slots(clast_clas_pool *pool, size_t capacity, slot_sizes sizes, clast_arena *arena)
@@ -58,8 +61,10 @@ static void take_slots(clast_clas_pool *pool, size_t capacity, slot_sizes sizes,
     pool->slots = clast_arena_take(arena, capacity, sizes.stride);
     pool->boxes = clast_arena_take(arena, capacity, sizeof *pool->boxes);
     pool->topologies = clast_arena_take(arena, capacity, sizes.topology_stride);
+    pool->own = clast_arena_take(arena, sizes.own_bytes, 1);
     pool->stride = sizes.stride;
     pool->topology_stride = sizes.topology_stride;
+    pool->own_bytes = sizes.own_bytes;
     pool->capacity = capacity;
 }
 
@@ -87,9 +92,14 @@ static void move_slot(clast_clas_pool *to_pool, const clast_clas_pool *from_pool
     if (from->topology == 0) {
         return;
     }
-    if (from_pool->topology_stride != 0 && clast_clas_topology(from) == own_topology(from_pool, slot)) {
-        memcpy(own_topology(to_pool, slot), own_topology(from_pool, slot), from_pool->topology_stride);
+    const clast_template *topology = clast_clas_topology(from);
+    uintptr_t place = (uintptr_t)topology - (uintptr_t)from_pool->own;
+    if (from_pool->topology_stride != 0 && topology == own_topology(from_pool, slot)) {
+        memcpy(own_topology(to_pool, slot), topology, from_pool->topology_stride);
         to->topology = clast_distance(to, own_topology(to_pool, slot));
+    } else if (place < from_pool->own_bytes) {
+        memcpy(to_pool->own + place, topology, topology_bytes(topology->block_count));
+        to->topology = clast_distance(to, to_pool->own + place);
     } else {
         to->topology += clast_distance(to, from);
     }
@@ -103,6 +113,7 @@ static clast_status make_room(clast_clas_pool *pool, size_t capacity, uint32_t b
     sizes.stride = sizes.stride > pool->stride ? sizes.stride : pool->stride;
     sizes.topology_stride = sizes.topology_stride > pool->topology_stride ? sizes.topology_stride
                                                                           : pool->topology_stride;
+    sizes.own_bytes = pool->own_bytes;
     if (capacity <= pool->capacity && sizes.stride == pool->stride && sizes.topology_stride == pool->topology_stride) {
         return CLAST_OK;
     }
@@ -187,6 +198,71 @@ clast_status clast_clas_pool_use_memory(clast_clas_pool *pool, void *memory, siz
     return CLAST_OK;
 }
 
+static clast_status check_room(clast_context *context, const clast_clas_room *room)
+{
+    if (room->count > CLAST_CHILD_ITEM || room->most_triangles < 1 || room->most_triangles > TEMPLATE_TRIANGLES ||
+        room->own_bytes > SIZE_MAX / 4) {
+        return clast_fail(
+            context, CLAST_ERROR_INVALID_ARGUMENT,
+            "room for %zu clusters of up to %u triangles, and %zu bytes; 2^31 clusters of 1 to %u triangles "
+            "are possible",
+            room->count, room->most_triangles, room->own_bytes, TEMPLATE_TRIANGLES);
+    }
+    return CLAST_OK;
+}
+
+static slot_sizes sizes_of_room(const clast_clas_room *room)
+{
+    return (slot_sizes){stride_for(clast_blocks_of(room->most_triangles)), 0, room->own_bytes};
+}
+
+size_t clast_clas_own_bytes(uint32_t triangle_count)
+{
+    return topology_bytes(clast_blocks_of(triangle_count));
+}
+
+uint64_t clast_clas_room_bytes(const clast_clas_room *room)
+{
+    if (room == NULL || room->count > CLAST_CHILD_ITEM || room->most_triangles < 1 ||
+        room->most_triangles > TEMPLATE_TRIANGLES || room->own_bytes > SIZE_MAX / 4) {
+        return UINT64_MAX;
+    }
+    return bytes_for(room->count, sizes_of_room(room));
+}
+
+static void empty_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    clast_clas_pool *pool = data;
+    for (size_t i = begin; i < end; i++) {
+        memset(clast_pool_slot(pool, i), 0, sizeof(clast_clas));
+        pool->boxes[i] = clast_box_empty();
+    }
+}
+
+clast_status clast_clas_pool_resize(clast_clas_pool *pool, const clast_clas_room *room)
+{
+    if (pool == NULL || room == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_status status = check_room(pool->context, room);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    slot_sizes sizes = sizes_of_room(room);
+    uint64_t bytes = bytes_for(room->count, sizes);
+    bool grows = pool->reserve.memory != NULL && !pool->reserve.borrowed && bytes > pool->reserve.bytes;
+    status = clast_reserve_fit(pool->context, &pool->reserve, grows ? bytes + bytes / 8 : bytes);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_arena arena = {pool->reserve.memory, 0};
+    take_slots(pool, room->count, sizes, &arena);
+    pool->count = room->count;
+    clast_parallel_for(pool->context, pool->count, EMPTY_GRAIN, empty_range, pool);
+    return CLAST_OK;
+}
+
 // ---------------------------------------------------------------------------------------------------------------- fit
 
 // At most one of `inputs` and `clusters` is there; without both, only boxes are fitted.
@@ -204,6 +280,21 @@ static clast_template_desc desc_of(const clast_clas_desc *cluster)
     return (clast_template_desc){cluster->triangle_count, cluster->vertex_count, cluster->indices, cluster->vertices};
 }
 
+// Of a cluster that was checked.
+static void build_topology(const clast_clas_pool *pool, const clast_clas_desc *cluster, clast_template *made)
+{
+    clast_template_desc desc = desc_of(cluster);
+    if (!cluster->ordered) {
+        clast_template_build(made, &desc);
+        return;
+    }
+    *made = (clast_template){.triangle_count = (uint16_t)desc.triangle_count,
+                             .vertex_count = (uint16_t)desc.vertex_count,
+                             .block_count = (uint16_t)clast_blocks_of(desc.triangle_count),
+                             .all_used = 1};
+    clast_accel_kernels_of(clast_context_isa(pool->context))->order(made->blocks, desc.indices, desc.triangle_count);
+}
+
 static void fill_slot(const fit_job *job, size_t i, clast_clas *clas)
 {
     const clast_clas_pool *pool = job->pool;
@@ -212,10 +303,9 @@ static void fill_slot(const fit_job *job, size_t i, clast_clas *clas)
         clas->vertices = clast_distance(clas, job->inputs[i].vertices);
     } else if (job->clusters != NULL) {
         clast_template *topology = own_topology(pool, job->first + i);
-        clast_template_desc desc = desc_of(&job->clusters[i]);
-        clast_template_build(topology, &desc);
+        build_topology(pool, &job->clusters[i], topology);
         clas->topology = clast_distance(clas, topology);
-        clas->vertices = clast_distance(clas, desc.rest_positions);
+        clas->vertices = clast_distance(clas, job->clusters[i].vertices);
     }
 }
 
@@ -346,6 +436,81 @@ clast_status clast_clas_build(clast_clas_pool *pool, size_t first, size_t count,
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     return count != 0 ? fill_slots(pool, first, count, NULL, clusters) : CLAST_OK;
+}
+
+// --------------------------------------------------------------------------------------------------------- single slots
+
+static clast_status check_slot(const clast_clas_pool *pool, size_t slot, uint32_t blocks, const float *vertices)
+{
+    if (slot >= pool->count || vertices == NULL || stride_for(blocks) > pool->stride) {
+        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "cluster %zu of %zu has no vertices, or %u blocks of triangles and room for less", slot,
+                          pool->count, blocks);
+    }
+    return CLAST_OK;
+}
+
+static void set_slot(clast_clas_pool *pool, size_t slot, const clast_template *topology, const float *vertices)
+{
+    clast_clas *clas = clast_pool_slot(pool, slot);
+    clas->topology = clast_distance(clas, topology);
+    clas->vertices = clast_distance(clas, vertices);
+    clast_accel_kernels_of(clast_context_isa(pool->context))->fit(clas, &pool->boxes[slot]);
+}
+
+clast_status clast_clas_set(clast_clas_pool *pool, size_t slot, const clast_clas_input *input)
+{
+    if (pool == NULL || input == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    if (input->template_number >= pool->set->count) {
+        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT, "cluster %zu: template %u; the set has %zu",
+                          slot, input->template_number, pool->set->count);
+    }
+    const clast_template *topology = pool->set->templates[input->template_number];
+    clast_status status = check_slot(pool, slot, topology->block_count, input->vertices);
+    if (status == CLAST_OK) {
+        set_slot(pool, slot, topology, input->vertices);
+    }
+    return status;
+}
+
+clast_status clast_clas_set_own(clast_clas_pool *pool, size_t slot, size_t place, const clast_clas_desc *cluster)
+{
+    if (pool == NULL || cluster == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_template_desc desc = desc_of(cluster);
+    clast_status status = clast_template_check(pool->context, &desc, "cluster", slot);
+    if (status == CLAST_OK) {
+        status = check_slot(pool, slot, clast_blocks_of(desc.triangle_count), cluster->vertices);
+    }
+    if (status != CLAST_OK) {
+        return status;
+    }
+    if (place % 8 != 0 || !clast_range_fits(place, clast_clas_own_bytes(desc.triangle_count), pool->own_bytes)) {
+        return clast_fail(pool->context, CLAST_ERROR_INVALID_ARGUMENT,
+                          "cluster %zu: triangles of its own at byte %zu; there is room for %zu", slot, place,
+                          pool->own_bytes);
+    }
+    clast_template *topology = (clast_template *)(void *)(pool->own + place);
+    build_topology(pool, cluster, topology);
+    set_slot(pool, slot, topology, cluster->vertices);
+    return CLAST_OK;
+}
+
+bool clast_clas_corners(const clast_clas_pool *pool, size_t slot, uint32_t triangle, float corners[3][3])
+{
+    memset(corners, 0, 9 * sizeof(float));
+    const clast_clas *clas = pool != NULL && slot < pool->count ? clast_pool_slot(pool, slot) : NULL;
+    uint32_t vertices[3];
+    if (clas == NULL || clas->topology == 0 || !clast_template_corners(clast_clas_topology(clas), triangle, vertices)) {
+        return false;
+    }
+    for (int k = 0; k < 3; k++) {
+        memcpy(corners[k], clast_clas_vertices(clas) + 3 * (size_t)vertices[k], sizeof corners[k]);
+    }
+    return true;
 }
 
 void clast_clas_pool_truncate(clast_clas_pool *pool, size_t count)

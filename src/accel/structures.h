@@ -53,6 +53,9 @@ static inline uint32_t clast_blocks_of(uint32_t triangles)
     return (triangles + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES;
 }
 
+// The corners of a triangle, by its maker's number; false where there is none such.
+bool clast_template_corners(const clast_template *topology, uint32_t triangle, uint32_t corners[3]);
+
 // Template data lie in blocks of memory, one for each call that added some, so that they never move.
 struct clast_template_set {
     clast_context *context;
@@ -89,8 +92,9 @@ struct clast_clas_pool {
     clast_reserve reserve; // what all of this lies in
     uint8_t *slots;
     clast_box *boxes;    // of the slots: around their finite triangles, lower > upper where there are none
-    uint8_t *topologies; // of slots that have their own
-    size_t stride, topology_stride;
+    uint8_t *topologies; // of slots that have their own, one for each slot
+    uint8_t *own;        // of such slots, one after another, where they were set one by one
+    size_t stride, topology_stride, own_bytes;
     size_t count, capacity;
 };
 
@@ -202,6 +206,8 @@ typedef void (*clast_fit_kernel)(clast_clas *clas, clast_box *box);
 // Copies vertices by their numbers; false, and nothing copied, where a number is not below `position_count`.
 typedef bool (*clast_gather_kernel)(float *to, const float *positions, size_t position_count, const uint32_t *numbers,
                                     uint32_t count);
+// Puts triangles into blocks as they come: as many blocks as there are eights begun.
+typedef void (*clast_order_kernel)(clast_block *blocks, const uint8_t *indices, uint32_t count);
 // Fits nodes, from the last to the first: what is below them within the range is fitted first.
 typedef void (*clast_refit_kernel)(clast_tree *tree, const clast_box *items, uint32_t begin, uint32_t end);
 typedef void (*clast_closest_kernel)(const clast_tlas *tlas, const clast_ray *rays, size_t count,
@@ -218,6 +224,7 @@ typedef float (*clast_place_kernel)(const clast_tlas_instance *instances, const 
 typedef struct clast_accel_kernels {
     clast_fit_kernel fit;
     clast_gather_kernel gather;
+    clast_order_kernel order;
     clast_refit_kernel refit_nodes;
     clast_place_kernel place;
     clast_closest_kernel closest;
@@ -230,6 +237,7 @@ const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa);
     void clast_fit_##set(clast_clas *clas, clast_box *box); \
     bool clast_gather_##set(float *to, const float *positions, size_t position_count, const uint32_t *numbers, \
                             uint32_t count); \
+    void clast_order_##set(clast_block *blocks, const uint8_t *indices, uint32_t count); \
     void clast_refit_nodes_##set(clast_tree *tree, const clast_box *items, uint32_t begin, uint32_t end); \
     float clast_place_##set(const clast_tlas_instance *instances, const uint32_t *numbers, size_t first, size_t count, \
                             clast_placement *placements, clast_box *boxes); \

@@ -143,7 +143,11 @@ clast_status clast_template_check(clast_context *context, const clast_template_d
     if (desc->indices == NULL) {
         return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s %zu has no indices", what, place);
     }
+    uint8_t largest = 0; // almost always all are right, and this takes many at once
     for (uint32_t i = 0; i < 3 * desc->triangle_count; i++) {
+        largest = desc->indices[i] > largest ? desc->indices[i] : largest;
+    }
+    for (uint32_t i = 0; largest >= desc->vertex_count; i++) {
         if (desc->indices[i] >= desc->vertex_count) {
             return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "%s %zu: index %u is %u; it has %u vertices", what,
                               place, i, desc->indices[i], desc->vertex_count);
@@ -278,22 +282,29 @@ uint32_t clast_template_vertex_count(const clast_template_set *set, uint32_t num
     return set != NULL && number < set->count ? set->templates[number]->vertex_count : 0;
 }
 
+bool clast_template_corners(const clast_template *topology, uint32_t triangle, uint32_t corners[3])
+{
+    uint32_t lanes = topology->block_count * (uint32_t)BLOCK_TRIANGLES;
+    for (uint32_t i = 0; i < lanes; i++) {
+        uint32_t at = (triangle + i) % lanes; // in most templates it lies there, or near
+        const clast_block *block = &topology->blocks[at / BLOCK_TRIANGLES];
+        if (block->triangles[at % BLOCK_TRIANGLES] == triangle) {
+            for (uint32_t corner = 0; corner < 3; corner++) {
+                corners[corner] = block->corners[corner][at % BLOCK_TRIANGLES];
+            }
+            return true;
+        }
+    }
+    return false;
+}
+
 void clast_template_triangle(const clast_template_set *set, uint32_t number, uint32_t triangle, uint32_t corners[3])
 {
     corners[0] = corners[1] = corners[2] = 0;
     if (set == NULL || number >= set->count) {
         return;
     }
-    const clast_template *topology = set->templates[number];
-    for (uint32_t i = 0; i < topology->block_count * BLOCK_TRIANGLES; i++) {
-        const clast_block *block = &topology->blocks[i / BLOCK_TRIANGLES];
-        if (block->triangles[i % BLOCK_TRIANGLES] == triangle) {
-            for (uint32_t corner = 0; corner < 3; corner++) {
-                corners[corner] = block->corners[corner][i % BLOCK_TRIANGLES];
-            }
-            return;
-        }
-    }
+    clast_template_corners(set->templates[number], triangle, corners);
 }
 
 uint64_t clast_template_set_bytes(const clast_template_set *set)

@@ -4,8 +4,8 @@
 
 #define KERNELS(set) \
     { \
-        clast_fit_##set, clast_gather_##set, clast_refit_nodes_##set, clast_place_##set, clast_closest_##set, \
-            clast_any_##set \
+        clast_fit_##set, clast_gather_##set, clast_order_##set, clast_refit_nodes_##set, clast_place_##set, \
+            clast_closest_##set, clast_any_##set \
     }
 
 const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa)

@@ -220,10 +220,11 @@ static void what_is_no_cluster_is_refused(void **state)
     stage_begin(context, &s);
     const float vertices[9] = {0};
     const uint8_t indices[3] = {0, 1, 2}, beyond[3] = {0, 1, 3};
-    const clast_clas_desc good = {1, 3, indices, vertices};
+    const clast_clas_desc good = {1, 3, indices, vertices, 0};
     const clast_clas_desc bad[] = {
-        {0, 3, indices, vertices}, {257, 3, indices, vertices}, {1, 0, indices, vertices}, {1, 257, indices, vertices},
-        {1, 3, NULL, vertices},    {1, 3, indices, NULL},       {1, 3, beyond, vertices},
+        {0, 3, indices, vertices, 0},   {257, 3, indices, vertices, 0}, {1, 0, indices, vertices, 0},
+        {1, 257, indices, vertices, 0}, {1, 3, NULL, vertices, 0},      {1, 3, indices, NULL, 0},
+        {1, 3, beyond, vertices, 0},
     };
     assert_ok(context, clast_clas_build(s.pool, 0, 1, &good));
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {

@@ -32,7 +32,7 @@ static clast_status store_all(clast_context *context, const mesh *m)
     uint64_t size = 0;
     const uint8_t corners[3] = {0, 1, 2};
     clast_status status = clustered_make(context, m, 64, &c);
-    const clast_clas_desc own = {1, 3, corners, c.vertices};
+    const clast_clas_desc own = {1, 3, corners, c.vertices, 0};
     status = status == CLAST_OK ? clast_clas_build(c.pool, 1, 1, &own) : status;
     status = status == CLAST_OK ? clast_clas_pool_reserve_own(c.pool, 100, 256) : status;
     status = status == CLAST_OK ? clast_blas_reserve(c.blas, 20) : status;

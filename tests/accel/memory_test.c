@@ -177,7 +177,7 @@ static void own_clusters_within_a_reserve_allocate_nothing(void **state)
     assert_int_equal(clast_clas_pool_memory(s->set, CLUSTERS, 256) + 1024 > clast_clas_pool_bytes(s->pool), 1);
     uint32_t calls = s->tap.calls;
     for (uint32_t i = 0; i < CLUSTERS; i++) {
-        clast_clas_desc desc = {1 + i % 256, GRID_VERTICES, indices, s->vertices[i][0]};
+        clast_clas_desc desc = {1 + i % 256, GRID_VERTICES, indices, s->vertices[i][0], 0};
         assert_ok(s->context, clast_clas_build(s->pool, i, 1, &desc));
         desc.triangle_count = 256;
         assert_ok(s->context, clast_clas_build(s->pool, i / 2, 1, &desc));
@@ -312,7 +312,7 @@ static void what_does_not_fit_the_callers_memory_says_so(void **state)
     assert_int_equal(clast_clas_pool_reserve(s->pool, CLUSTERS + 1), CLAST_ERROR_OUT_OF_MEMORY);
     // own triangles, for which there is no room
     const uint8_t indices[3] = {0, 1, 2};
-    const clast_clas_desc own = {1, 3, indices, s->vertices[0][0]};
+    const clast_clas_desc own = {1, 3, indices, s->vertices[0][0], 0};
     assert_int_equal(clast_clas_build(s->pool, 0, 1, &own), CLAST_ERROR_OUT_OF_MEMORY);
     assert_ok(s->context, clast_clas_pool_use_memory(s->pool, g.pool, g.pool_bytes - 1, 0));
     assert_int_equal(clast_clas_instantiate(s->pool, 0, CLUSTERS, s->inputs), CLAST_ERROR_OUT_OF_MEMORY);
@@ -327,7 +327,7 @@ static void own_triangles_fit_the_callers_memory(void **state)
     (void)state;
     stage *s = stage_make(1);
     const uint8_t indices[9] = {0, 1, 2, 3, 4, 5, 6, 7, 8};
-    const clast_clas_desc own = {3, 9, indices, s->vertices[0][0]};
+    const clast_clas_desc own = {3, 9, indices, s->vertices[0][0], 0};
     size_t bytes = (size_t)clast_clas_pool_memory(s->set, 10, 3);
     uint8_t *memory = rubbish(bytes);
     assert_ok(s->context, clast_clas_pool_use_memory(s->pool, memory, bytes, 3));

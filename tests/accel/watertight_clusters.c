@@ -188,7 +188,7 @@ static clast_status fill_pool(builder *b)
         const float *vertices = c->vertices + 3 * (size_t)c->firsts[i];
         if (b->own) {
             own[i] = (clast_clas_desc){b->descs[i].triangle_count, b->descs[i].vertex_count, b->descs[i].indices,
-                                       vertices};
+                                       vertices, 0};
         } else {
             b->inputs[i].vertices = vertices;
             c->templates[i] = b->inputs[i].template_number;
