@@ -171,6 +171,8 @@
     TEXT(tess_camera, "", "CAMERA", \
          "camera that decides how finely geometry is tessellated, as --camera has it; without it, the picture's") \
     REAL(time, 0.0, -1e9, 1e9, "SECONDS", "moment of the animation") \
+    TEXT(animation, "", "ANIMATION", \
+         "name or number of an animation of the scene, all at once, or none; without it, the first of each file") \
     REAL(exposure, 0.0, -64.0, 64.0, "STOPS", "exposure of the picture, in powers of two") \
     CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \
     TEXT(camera, "", "CAMERA", \

@@ -56,6 +56,9 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
     frame->settings = (clast_frame_settings){
         .width = settings->width,
         .height = settings->height,
+        .camera_number = clast_scene_find_camera(renderer->scene, settings->camera),
+        .rate_camera_number = clast_scene_find_camera(
+            renderer->scene, settings->tess_camera[0] != '\0' ? settings->tess_camera : settings->camera),
         .time = settings->time,
         .rate = settings->rate,
         .metric = settings->metric,
@@ -67,6 +70,10 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
         .max_bytes = (uint64_t)settings->max_memory << 20,
         .seed = settings->seed,
     };
+    status = clast_scene_choose_animation(renderer->scene, settings->animation, &frame->settings.animation);
+    if (status != CLAST_OK) {
+        return status;
+    }
     status = clast_scene_choose_camera(renderer->scene, settings->camera, settings->width, settings->height,
                                        &frame->settings.camera);
     frame->settings.rate_camera = frame->settings.camera;

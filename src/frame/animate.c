@@ -22,7 +22,7 @@ static clast_status make_room(clast_frame *frame)
     return status;
 }
 
-static void pose_units(clast_frame *frame)
+static void begin_units(clast_frame *frame)
 {
     for (size_t i = 0; i < frame->unit_count; i++) {
         clast_frame_unit *unit = &frame->units[i];
@@ -37,11 +37,25 @@ static void pose_units(clast_frame *frame)
             unit->minimum_known = false;
             unit->made_serial = unit->unit->serial;
         }
+    }
+}
+
+static clast_status pose_units(clast_frame *frame)
+{
+    clast_status status = CLAST_OK;
+    frame->moved_vertices = 0;
+    for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
+        clast_frame_unit *unit = &frame->units[i];
+        if (!unit->used) {
+            continue;
+        }
         unit->pose = (clast_pose){.time = frame->settings.time,
                                   .version = unit->unit->version,
                                   .displacement_scale = (float)frame->settings.displacement_scale};
+        status = clast_frame_pose_unit(frame, unit);
         unit->bounds = clast_source_of(unit->unit)->bounds(unit->unit, &unit->pose);
     }
+    return status;
 }
 
 // In double precision: an object may be scaled by less than the cube root of the least float. False where there is no
@@ -84,6 +98,7 @@ static bool invert(const clast_transform *t, clast_transform *inverse)
 static clast_status place_instances(clast_frame *frame)
 {
     const clast_scene *scene = frame->scene;
+    size_t next = 0;
     frame->instance_count = 0;
     frame->frame_instance_of_count = scene->instance_count;
     for (size_t i = 0; i < scene->instance_count; i++) {
@@ -96,8 +111,9 @@ static clast_status place_instances(clast_frame *frame)
             return clast_fail(frame->context, CLAST_ERROR_STATE, "instance %zu shows geometry %u, which is not cooked",
                               i, from->geometry);
         }
-        clast_frame_instance instance = {
-            .scene_instance = (uint32_t)i, .unit = from->geometry, .to_world = from->to_world};
+        clast_frame_instance instance = {.scene_instance = (uint32_t)i,
+                                         .unit = from->geometry,
+                                         .to_world = clast_frame_place_instance(frame, i, &next)};
         if (!invert(&instance.to_world, &instance.to_object)) {
             continue;
         }
@@ -115,6 +131,11 @@ clast_status clast_cpu_animate(clast_frame *frame, void *target)
     if (status != CLAST_OK) {
         return status;
     }
-    pose_units(frame);
-    return place_instances(frame);
+    status = clast_frame_pose_scene(frame);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    begin_units(frame);
+    status = place_instances(frame);
+    return status == CLAST_OK ? pose_units(frame) : status;
 }

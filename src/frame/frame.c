@@ -32,6 +32,7 @@ static void destroy_unit(clast_context *context, clast_frame_unit *unit)
     if (unit->clas != NULL) {
         clast_clas_pool_destroy(unit->clas);
     }
+    clast_posed_mesh_destroy(context, &unit->posed);
     clast_free(context, unit->records);
     clast_free(context, unit->vertices);
     clast_free(context, unit->words);
@@ -48,6 +49,7 @@ void clast_frame_destroy(clast_frame *frame)
     for (size_t i = 0; i < frame->unit_count; i++) {
         destroy_unit(context, &frame->units[i]);
     }
+    clast_frame_motion_destroy(context, &frame->motion);
     clast_free(context, frame->units);
     clast_free(context, frame->instances);
     clast_free(context, frame->frame_instance_of);

@@ -5,18 +5,20 @@
 #define CLAST_FRAME_FRAME_H
 
 #include "cook/cook.h"
+#include "frame/pose.h"
 
 // A unit in this frame.
 typedef struct clast_frame_unit {
     const clast_unit *unit;
     clast_source_view view; // the nearest of its instances decides
     clast_pose pose;
-    bool used;            // an instance shows it
-    bool filtered;        // a material of it is not opaque
-    clast_box bounds;     // of the pose, in the unit's own space; lower > upper where there is nothing
-    clast_change change;  // what the passes must make anew
-    bool made;            // view and pose below are those of what is there
-    uint32_t made_serial; // the unit's, of what is known of it here
+    clast_posed_mesh posed; // what the pose points to
+    bool used;              // an instance shows it
+    bool filtered;          // a material of it is not opaque
+    clast_box bounds;       // of the pose, in the unit's own space; lower > upper where there is nothing
+    clast_change change;    // what the passes must make anew
+    bool made;              // view and pose below are those of what is there
+    uint32_t made_serial;   // the unit's, of what is known of it here
     clast_pose made_pose;
     clast_source_view made_view;
     clast_source_count sum;     // of all items
@@ -59,13 +61,16 @@ typedef struct clast_emitter {
 // What a frame is asked for.
 typedef struct clast_frame_settings {
     clast_camera camera;
+    uint32_t camera_number; // of the scene's, which it is and moves with; CLAST_NONE where it is none of them
     uint32_t width, height;
     double time;
+    uint32_t animation;       // as clast_moment has it
     clast_camera rate_camera; // decides how finely geometry is tessellated
-    uint32_t metric;          // CLAST_METRIC_
-    double rate;              // wanted density
-    double segment;           // wanted length of a segment, in the metric's unit
-    double hidden_fraction;   // of the wanted density, where no camera ray looks
+    uint32_t rate_camera_number;
+    uint32_t metric;        // CLAST_METRIC_
+    double rate;            // wanted density
+    double segment;         // wanted length of a segment, in the metric's unit
+    double hidden_fraction; // of the wanted density, where no camera ray looks
     double displacement_scale;
     uint64_t budget;       // most triangles; 0 is no bound
     uint64_t max_clusters; // likewise
@@ -85,7 +90,9 @@ typedef struct clast_frame {
     uint32_t *frame_instance_of;    // by scene instance; CLAST_NONE where it is not in the frame
     size_t frame_instance_of_count; // the scene's instances when the frame was made
     size_t frame_instance_capacity;
-    clast_tlas *tlas;        // hits name the scene's instance
+    clast_tlas *tlas; // hits name the scene's instance
+    clast_frame_motion motion;
+    uint64_t moved_vertices; // that were posed anew for this frame
     clast_emitter *emitters; // in order of instance, then primitive
     size_t emitter_count, emitter_capacity;
     float fitted_rate; // 1, or the step of the ladder that the budget left

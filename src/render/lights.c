@@ -80,7 +80,7 @@ static clast_status make_punctual(clast_context *context, clast_lights *lights)
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     for (size_t i = 0; i < scene->light_count; i++) {
-        const clast_light *light = &scene->lights[i].record;
+        const clast_light *light = &lights->frame->motion.lights[i];
         float scale = light->type == CLAST_LIGHT_DIRECTIONAL ? lights->extent * lights->extent : 1.0f;
         table->sums[i + 1] = luminance(load3(light->radiance)) * scale;
     }
@@ -258,7 +258,7 @@ static float facing(vec3 geometric_normal, vec3 normal, vec3 direction)
 static float punctual_weight(const clast_lights *lights, uint32_t number, vec3 position, vec3 geometric_normal,
                              vec3 normal)
 {
-    clast_incoming incoming = light_incoming(lights->frame->scene->lights[number].record, position);
+    clast_incoming incoming = light_incoming(lights->frame->motion.lights[number], position);
     return luminance(load3(incoming.irradiance)) * facing(geometric_normal, normal, load3(incoming.direction));
 }
 
@@ -324,7 +324,7 @@ static uint32_t choose_punctual(const clast_lights *lights, vec3 position, float
     }
     float weights[PUNCTUAL_MOST], sum = 0.0f;
     for (uint32_t i = 0; i < count; i++) {
-        weights[i] = luminance(load3(light_incoming(lights->frame->scene->lights[i].record, position).irradiance));
+        weights[i] = luminance(load3(light_incoming(lights->frame->motion.lights[i], position).irradiance));
         sum += weights[i];
     }
     float before = 0.0f;
@@ -347,7 +347,7 @@ static clast_light_sample sample_punctual(const clast_lights *lights, const clas
     if (!(density > 0.0f)) {
         return (clast_light_sample){.density = 0.0f};
     }
-    const clast_light *light = &lights->frame->scene->lights[number].record;
+    const clast_light *light = &lights->frame->motion.lights[number];
     clast_incoming incoming = light_incoming(*light, position);
     return (clast_light_sample){
         .direction = load3(incoming.direction),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain meshes: cooked clusters, each its own template, with positions that stay where they are from frame to frame. An
-// item is a cluster.
+// Plain meshes: cooked clusters, each its own template. Positions stay where they are from frame to frame, or, where morph
+// targets or a skin move the mesh, are gathered from the pose. An item is a cluster.
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -12,15 +12,15 @@
 
 enum {
     CLUSTER_GRAIN = 64,
-    BOX_GRAIN = 65536,
+    BOXES_MOST = 64,
     PROGRESS_TRIANGLES = 1000000, // meshes of fewer are cooked in less time than it takes to look
 };
 
-// What is kept of clast_clusters: 20 bytes a cluster, 4 a triangle and 12 a vertex.
+// What is kept of clast_clusters: 20 bytes a cluster, 4 a triangle, and 12 or 4 a vertex.
 typedef struct cooked_cluster {
     uint32_t first_triangle; // into triangles
     uint32_t triangle_count;
-    uint32_t first_vertex; // into positions
+    uint32_t first_vertex; // into positions or numbers
     uint32_t vertex_count;
     uint32_t template_index;
 } cooked_cluster;
@@ -30,10 +30,11 @@ typedef struct clusters_unit {
     const clast_template_set *templates;
     cooked_cluster *clusters;
     uint32_t *triangles; // the mesh's triangle, for each of the clusters' triangles
-    packed3 *positions;
+    packed3 *positions;  // of the clusters' vertices; null where the mesh moves
+    uint32_t *numbers;   // where it does: the mesh's vertices that they are
     size_t triangle_count;
     size_t position_count;
-    clast_box box;
+    clast_box box; // of the positions
 } clusters_unit;
 
 static const clusters_unit *clusters_of(const clast_unit *unit)
@@ -51,7 +52,8 @@ static uint64_t work(const clast_geometry *geometry)
 
 typedef struct box_job {
     const packed3 *positions;
-    clast_box *boxes; // one for each chunk
+    size_t grain;
+    clast_box boxes[BOXES_MOST]; // one for each chunk
 } box_job;
 
 static clast_box empty_box(void)
@@ -75,39 +77,34 @@ static void bound_range(void *data, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         widen(&box, job->positions[i], job->positions[i]);
     }
-    job->boxes[begin / BOX_GRAIN] = box;
+    job->boxes[begin / job->grain] = box;
 }
 
-static clast_status bound_positions(clusters_unit *unit)
+static clast_box box_of(clast_context *context, const packed3 *positions, size_t count)
 {
-    clast_context *context = unit->base.context;
-    size_t chunks = unit->position_count / BOX_GRAIN + 1;
-    box_job job = {unit->positions, clast_allocate(context, chunks, sizeof *job.boxes)};
-    if (job.boxes == NULL) {
-        return CLAST_ERROR_OUT_OF_MEMORY;
-    }
-    for (size_t i = 0; i < chunks; i++) {
+    box_job job = {.positions = positions, .grain = count / BOXES_MOST + 1};
+    for (size_t i = 0; i < BOXES_MOST; i++) {
         job.boxes[i] = empty_box();
     }
-    clast_parallel_for(context, unit->position_count, BOX_GRAIN, bound_range, &job);
-    unit->box = empty_box();
-    for (size_t i = 0; i < chunks; i++) {
-        widen(&unit->box, job.boxes[i].lower, job.boxes[i].upper);
+    clast_parallel_for(context, count, job.grain, bound_range, &job);
+    clast_box box = empty_box();
+    for (size_t i = 0; i < BOXES_MOST; i++) {
+        widen(&box, job.boxes[i].lower, job.boxes[i].upper);
     }
-    clast_free(context, job.boxes);
-    return CLAST_OK;
+    return box;
 }
 
 // ------------------------------------------------------------------------------------------------------------- cook
 
-static clast_status weld(clast_context *context, const clast_mesh *mesh, uint32_t **welded)
+static clast_status weld(clast_context *context, const clast_geometry *geometry, uint32_t **welded)
 {
+    const clast_mesh *mesh = &geometry->of.mesh;
     uint32_t *remap = clast_allocate(context, mesh->vertex_count, sizeof *remap);
     if (remap == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     size_t unique = 0;
-    clast_status status = clast_weld_positions(context, mesh->positions, mesh->vertex_count, remap, &unique);
+    clast_status status = clast_mesh_weld_positions(context, geometry, remap, &unique);
     if (status == CLAST_OK) {
         status = clast_mesh_weld(context, mesh, remap, unique, welded);
     }
@@ -131,7 +128,12 @@ static void gather_range(void *data, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         clast_cluster from = job->clusters->clusters[i];
         for (uint32_t v = from.first_vertex; v < from.first_vertex + from.vertex_count; v++) {
-            unit->positions[v] = clast_mesh_position(job->mesh, job->clusters->vertices[v]);
+            uint32_t number = job->clusters->vertices[v];
+            if (unit->numbers != NULL) {
+                unit->numbers[v] = number;
+            } else {
+                unit->positions[v] = clast_mesh_position(job->mesh, number);
+            }
         }
         memcpy(unit->triangles + from.first_triangle, job->clusters->triangles + from.first_triangle,
                from.triangle_count * sizeof *unit->triangles);
@@ -154,13 +156,24 @@ static clast_status keep_clusters(clusters_unit *unit, const clast_mesh *mesh, c
     unit->position_count = clusters->vertex_count;
     unit->clusters = clast_allocate(context, clusters->cluster_count, sizeof *unit->clusters);
     unit->triangles = clast_allocate(context, unit->triangle_count, sizeof *unit->triangles);
-    unit->positions = clast_allocate(context, unit->position_count, sizeof *unit->positions);
+    size_t vertex_size = 0;
+    if (clast_deforms(&unit->base.geometry->deformation)) {
+        vertex_size = sizeof *unit->numbers;
+        unit->numbers = clast_allocate(context, unit->position_count, vertex_size);
+    } else {
+        vertex_size = sizeof *unit->positions;
+        unit->positions = clast_allocate(context, unit->position_count, vertex_size);
+    }
     clast_template_desc *descs = clast_allocate(context, clusters->cluster_count, sizeof *descs);
     clast_status status = CLAST_ERROR_OUT_OF_MEMORY;
-    if (unit->clusters != NULL && unit->triangles != NULL && unit->positions != NULL && descs != NULL) {
+    if (unit->clusters != NULL && unit->triangles != NULL && (unit->positions != NULL || unit->numbers != NULL) &&
+        descs != NULL) {
         gather_job job = {unit, mesh, clusters, descs};
         clast_parallel_for(context, clusters->cluster_count, CLUSTER_GRAIN, gather_range, &job);
-        status = bound_positions(unit);
+        status = CLAST_OK;
+    }
+    if (unit->positions != NULL && status == CLAST_OK) {
+        unit->box = box_of(context, unit->positions, unit->position_count);
     }
     uint32_t first = 0;
     if (status == CLAST_OK) { // last, as a set cannot give templates back
@@ -172,7 +185,7 @@ static clast_status keep_clusters(clusters_unit *unit, const clast_mesh *mesh, c
     }
     unit->base.item_count = (uint32_t)clusters->cluster_count;
     unit->base.bytes = sizeof *unit + clusters->cluster_count * sizeof *unit->clusters +
-                       unit->triangle_count * sizeof *unit->triangles + unit->position_count * sizeof *unit->positions +
+                       unit->triangle_count * sizeof *unit->triangles + unit->position_count * vertex_size +
                        unit->base.material_count * sizeof(uint32_t);
     return status;
 }
@@ -191,7 +204,7 @@ static clast_status cook_mesh(clusters_unit *unit, const clast_mesh *mesh, clast
     clast_clusters clusters = {0};
     clast_status status = clast_mesh_list_materials(context, mesh, &unit->base.materials, &unit->base.material_count);
     if (status == CLAST_OK) {
-        status = weld(context, mesh, &welded);
+        status = weld(context, unit->base.geometry, &welded);
     }
     if (status == CLAST_OK) {
         status = look_up(unit, mesh, 1);
@@ -227,6 +240,7 @@ static void destroy(clast_unit *base)
     clast_free(context, unit->clusters);
     clast_free(context, unit->triangles);
     clast_free(context, unit->positions);
+    clast_free(context, unit->numbers);
     clast_free(context, unit);
 }
 
@@ -320,7 +334,9 @@ static clast_status update(clast_unit *base, const clast_geometry *geometry)
 {
     clusters_unit *unit = (clusters_unit *)base;
     const clast_mesh *mesh = &geometry->of.mesh;
-    if (mesh->triangle_count != unit->triangle_count) {
+    // What welds the vertices of a mesh that moves is also how they move.
+    if (mesh->triangle_count != unit->triangle_count || unit->numbers != NULL ||
+        clast_deforms(&geometry->deformation)) {
         return CLAST_ERROR_UNSUPPORTED;
     }
     update_job job = {.unit = unit, .mesh = mesh};
@@ -330,20 +346,21 @@ static clast_status update(clast_unit *base, const clast_geometry *geometry)
         return CLAST_ERROR_UNSUPPORTED;
     }
     clast_parallel_for(base->context, base->item_count, CLUSTER_GRAIN, write_range, &job);
-    clast_status status = bound_positions(unit);
-    if (status == CLAST_OK) {
-        base->version++;
-        base->geometry_version = geometry->version;
-    }
-    return status;
+    unit->box = box_of(base->context, unit->positions, unit->position_count);
+    base->version++;
+    base->geometry_version = geometry->version;
+    return CLAST_OK;
 }
 
 // ------------------------------------------------------------------------------------------------------------ frame
 
 static clast_box bounds(const clast_unit *unit, const clast_pose *pose)
 {
-    (void)pose;
-    return clusters_of(unit)->box;
+    if (clusters_of(unit)->numbers == NULL) {
+        return clusters_of(unit)->box;
+    }
+    clast_mesh mesh = clast_mesh_posed(&unit->geometry->of.mesh, pose);
+    return box_of(unit->context, (const packed3 *)mesh.positions, mesh.vertex_count);
 }
 
 static clast_change changed(const clast_unit *unit, const clast_pose *before, const clast_source_view *view_before,
@@ -352,7 +369,8 @@ static clast_change changed(const clast_unit *unit, const clast_pose *before, co
     (void)unit;
     (void)view_before;
     (void)view_now;
-    return before->version == now->version ? CLAST_CHANGE_NOTHING : CLAST_CHANGE_VERTICES;
+    bool stands = before->version == now->version && before->shape == now->shape;
+    return stands ? CLAST_CHANGE_NOTHING : CLAST_CHANGE_VERTICES;
 }
 
 static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST])
@@ -360,8 +378,12 @@ static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_S
     const clusters_unit *unit = clusters_of(base);
     arrays[0] = (clast_source_array){"clusters", unit->clusters, base->item_count * sizeof *unit->clusters, 0};
     arrays[1] = (clast_source_array){"triangles", unit->triangles, unit->triangle_count * sizeof *unit->triangles, 0};
-    arrays[2] = (clast_source_array){"positions", unit->positions, unit->position_count * sizeof *unit->positions,
-                                     base->version};
+    if (unit->numbers != NULL) {
+        arrays[2] = (clast_source_array){"numbers", unit->numbers, unit->position_count * sizeof *unit->numbers, 0};
+    } else {
+        arrays[2] = (clast_source_array){"positions", unit->positions, unit->position_count * sizeof *unit->positions,
+                                         base->version};
+    }
     return 3;
 }
 
@@ -370,7 +392,12 @@ static clast_source_count count(const clast_unit *unit, const clast_pose *pose, 
 {
     (void)pose;
     (void)view;
-    return (clast_source_count){1, clusters_of(unit)->clusters[item].triangle_count, 0, 0, 0};
+    const cooked_cluster *cluster = &clusters_of(unit)->clusters[item];
+    return (clast_source_count){
+        .clusters = 1,
+        .triangles = cluster->triangle_count,
+        .vertices = clusters_of(unit)->numbers != NULL ? cluster->vertex_count : 0,
+    };
 }
 
 static void emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
@@ -392,16 +419,24 @@ static void emit(const clast_unit *unit, const clast_pose *pose, const clast_sou
 
 static const packed3 *resident(const clast_unit *unit, const clast_cluster_record *record)
 {
-    return clusters_of(unit)->positions + clusters_of(unit)->clusters[record->item].first_vertex;
+    const clusters_unit *clusters = clusters_of(unit);
+    return clusters->positions != NULL ? clusters->positions + clusters->clusters[record->item].first_vertex : NULL;
 }
 
 static void fill(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
                  const uint32_t *words, packed3 *positions)
 {
     (void)words;
-    (void)pose;
-    memcpy(positions, resident(unit, record),
-           clusters_of(unit)->clusters[record->item].vertex_count * sizeof *positions);
+    const clusters_unit *clusters = clusters_of(unit);
+    const cooked_cluster *cluster = &clusters->clusters[record->item];
+    if (clusters->numbers == NULL) {
+        memcpy(positions, clusters->positions + cluster->first_vertex, cluster->vertex_count * sizeof *positions);
+        return;
+    }
+    clast_mesh mesh = clast_mesh_posed(&unit->geometry->of.mesh, pose);
+    for (uint32_t i = 0; i < cluster->vertex_count; i++) {
+        positions[i] = clast_mesh_position(&mesh, clusters->numbers[cluster->first_vertex + i]);
+    }
 }
 
 static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
@@ -436,10 +471,9 @@ static uint32_t primitive_material(const clast_unit *unit, uint32_t primitive)
 
 static void primitive_corners(const clast_unit *unit, const clast_pose *pose, uint32_t primitive, vec3 corners[3])
 {
-    (void)pose;
-    const clast_mesh *mesh = &unit->geometry->of.mesh;
+    clast_mesh mesh = clast_mesh_posed(&unit->geometry->of.mesh, pose);
     for (uint32_t k = 0; k < 3; k++) {
-        corners[k] = load3(clast_mesh_position(mesh, mesh->indices[3 * (size_t)primitive + k]));
+        corners[k] = load3(clast_mesh_position(&mesh, mesh.indices[3 * (size_t)primitive + k]));
     }
 }
 

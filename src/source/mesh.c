@@ -4,8 +4,12 @@
 
 #include "base/size.h"
 #include "base/thread.h"
+#include "clast/geometry.h"
 
-enum { CORNER_GRAIN = 65536 };
+enum {
+    CORNER_GRAIN = 65536,
+    ALIKE_MOST = 16, // different movements looked for at one position; what comes after stays apart
+};
 
 clast_mesh clast_mesh_posed(const clast_mesh *mesh, const clast_pose *pose)
 {
@@ -17,6 +21,66 @@ clast_mesh clast_mesh_posed(const clast_mesh *mesh, const clast_pose *pose)
 }
 
 // ------------------------------------------------------------------------------------------------------------- weld
+
+static bool same_vectors(const float *vectors, size_t width, uint32_t a, uint32_t b)
+{
+    return vectors == NULL || memcmp(vectors + width * a, vectors + width * b, width * sizeof *vectors) == 0;
+}
+
+// Whether two vertices of one position have one position in every pose.
+static bool move_alike(const clast_deformation *deformation, uint32_t a, uint32_t b)
+{
+    uint32_t influences = deformation->influences;
+    for (uint32_t i = 0; i < deformation->target_count; i++) {
+        if (!same_vectors(deformation->targets[i].positions, 3, a, b)) {
+            return false;
+        }
+    }
+    return influences == 0 ||
+           (same_vectors(deformation->joint_weights, influences, a, b) &&
+            memcmp(deformation->joints + (size_t)influences * a, deformation->joints + (size_t)influences * b,
+                   influences * sizeof *deformation->joints) == 0);
+}
+
+// The lowest vertex at the position of `first` that moves as `vertex` does, or itself. `next` chains those that differ.
+static uint32_t find_alike(const clast_deformation *deformation, uint32_t first, uint32_t vertex, uint32_t *next)
+{
+    uint32_t at = first;
+    for (int tried = 0; tried < ALIKE_MOST; tried++) {
+        if (move_alike(deformation, at, vertex)) {
+            return at;
+        }
+        if (next[at] == CLAST_NONE) {
+            next[at] = vertex;
+            return vertex;
+        }
+        at = next[at];
+    }
+    return vertex;
+}
+
+clast_status clast_mesh_weld_positions(clast_context *context, const clast_geometry *geometry, uint32_t *remap,
+                                       size_t *unique_count)
+{
+    const clast_mesh *mesh = &geometry->of.mesh;
+    clast_status status = clast_weld_positions(context, mesh->positions, mesh->vertex_count, remap, unique_count);
+    if (status != CLAST_OK || !clast_deforms(&geometry->deformation) || *unique_count == mesh->vertex_count) {
+        return status;
+    }
+    uint32_t *next = clast_allocate(context, mesh->vertex_count, sizeof *next);
+    if (next == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    memset(next, 0xff, mesh->vertex_count * sizeof *next);
+    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
+        if (remap[i] != i) {
+            remap[i] = find_alike(&geometry->deformation, remap[i], i, next);
+            *unique_count += remap[i] == i;
+        }
+    }
+    clast_free(context, next);
+    return CLAST_OK;
+}
 
 typedef struct weld_job {
     const uint32_t *indices;

@@ -21,8 +21,13 @@ static inline uint32_t clast_mesh_material(const clast_mesh *mesh, size_t triang
 // The mesh with what a pose moves in the place of its own arrays.
 clast_mesh clast_mesh_posed(const clast_mesh *mesh, const clast_pose *pose);
 
+// As clast_weld_positions, for a geometry's mesh; vertices of one position that its morph targets or joints move apart stay
+// apart.
+clast_status clast_mesh_weld_positions(clast_context *context, const clast_geometry *geometry, uint32_t *remap,
+                                       size_t *unique_count);
+
 // The mesh's indices with equal positions made one, in a new block; null where they are as they should be already. `remap`
-// is what clast_weld_positions gave.
+// is what clast_mesh_weld_positions gave.
 clast_status clast_mesh_weld(clast_context *context, const clast_mesh *mesh, const uint32_t *remap, size_t unique_count,
                              uint32_t **welded);
 
