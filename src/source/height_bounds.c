@@ -5,7 +5,7 @@
 #include "source/height_make.h"
 
 // Squares of 2^FINEST texels a side are the smallest whose ranges are kept; below, texels themselves are looked at.
-enum { FINEST = 2, ROW_GRAIN = 8, SPAN_MOST = 8 };
+enum { FINEST = 2, ROW_GRAIN = 8, SPAN_MOST = 12 };
 
 static uint32_t side_of(uint32_t texels, uint32_t level)
 {
@@ -113,11 +113,12 @@ typedef struct footprint {
     double reach_x, reach_y;
 } footprint;
 
-// A place of a level draws in texels up to one and a half of them away; these were made of texels up to one more away, as boxes
-// of odd sides overlap. Coordinates are rounded when they are blended and wrapped.
-static double reach_of(uint32_t size, uint32_t level_size, double largest)
+// A place draws in the texels whose centres are less than one of them away. Those of a further level were made of texels up to
+// one of their own length beyond themselves, as boxes of odd sides overlap. Coordinates are rounded when they are blended and
+// wrapped.
+static double reach_of(uint32_t level, uint32_t size, uint32_t level_size, double largest)
 {
-    return 2.5 * size / level_size + 1.0 + largest * 0x1p-20 * size;
+    return (level == 0 ? 1.0 : 2.5 * size / level_size) + 0.01 + largest * 0x1p-20 * size;
 }
 
 // False where a coordinate is too large, or none, so that nothing is known.
@@ -135,8 +136,8 @@ static bool footprint_of(const clast_height *height, const vec2 corners[3], floa
             return false;
         }
     }
-    f->reach_x = reach_of(map->widths[0], map->widths[levels.coarser], largest_x);
-    f->reach_y = reach_of(map->heights[0], map->heights[levels.coarser], largest_y);
+    f->reach_x = reach_of(levels.coarser, map->widths[0], map->widths[levels.coarser], largest_x);
+    f->reach_y = reach_of(levels.coarser, map->heights[0], map->heights[levels.coarser], largest_y);
     return true;
 }
 
