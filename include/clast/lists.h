@@ -65,6 +65,13 @@
     X(CLAST_ANIMATED_WEIGHTS, 3, "weights") /* of morph targets */
 
 /* X(name, value, text): how an animation goes from key to key; glTF 2.0 animation.sampler.interpolation. */
+/* X(name, value, text): what kept a frame below the wanted rate. */
+#define CLAST_BOUND_LIST(X) \
+    X(CLAST_BOUND_NONE, 0, "none") \
+    X(CLAST_BOUND_CLUSTERS, 1, "max_clusters") \
+    X(CLAST_BOUND_TRIANGLES, 2, "max_triangles") \
+    X(CLAST_BOUND_MEMORY, 3, "max_memory")
+
 #define CLAST_INTERPOLATION_LIST(X) \
     X(CLAST_INTERPOLATION_LINEAR, 0, "LINEAR") /* rotations along the shorter arc */ \
     X(CLAST_INTERPOLATION_STEP, 1, "STEP") \

@@ -18,6 +18,7 @@ typedef enum clast_metric { CLAST_METRIC_LIST(CLAST_ENUMERATOR) } clast_metric;
 typedef enum clast_tone_map { CLAST_TONE_MAP_LIST(CLAST_ENUMERATOR) } clast_tone_map;
 typedef enum clast_pass { CLAST_PASS_LIST(CLAST_ENUMERATOR) CLAST_PASS_COUNT_ } clast_pass;
 
+typedef enum clast_bound { CLAST_BOUND_LIST(CLAST_ENUMERATOR) } clast_bound;
 #define CLAST_SETTING_UINT(name, ...) uint32_t name;
 #define CLAST_SETTING_REAL(name, ...) double name;
 #define CLAST_SETTING_CHOICE(name, ...) uint32_t name;
@@ -87,9 +88,14 @@ typedef struct clast_render_statistics {
     uint64_t clusters;
     uint64_t vertices;
     uint32_t units, instances, lights;
-    double rate;                /**< of 1: what the budget left */
-    double cluster_fill;        /**< of 1: how full clusters are, by the fuller of triangles and vertices; mean */
-    uint64_t minimum_triangles; /**< the least budget that this scene can be drawn with */
+    double rate;       /**< of 1: what the budgets left */
+    clast_bound bound; /**< the budget that did not allow more */
+    uint64_t wanted_clusters, wanted_triangles;
+    uint64_t wanted_bytes; /**< as `frame_bytes`, at the wanted rate */
+    uint64_t frame_bytes;  /**< at most, while the frame is made: its records, vertices, clusters and trees */
+    double cluster_fill;   /**< of 1: how full clusters are, by the fuller of triangles and vertices; mean */
+    uint64_t minimum_clusters, minimum_triangles,
+        minimum_bytes; /**< the least budgets that this scene can be drawn with */
     uint64_t scene_bytes, cook_bytes, template_bytes, clas_bytes, vertex_bytes, blas_bytes, tlas_bytes;
     uint64_t memory_peak; /**< clast's own accounting */
     uint64_t process_memory_peak;

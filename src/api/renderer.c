@@ -65,7 +65,7 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
         .segment = settings->segment,
         .hidden_fraction = settings->hidden_fraction,
         .displacement_scale = settings->displacement_scale,
-        .budget = settings->max_triangles,
+        .max_triangles = settings->max_triangles,
         .max_clusters = settings->max_clusters,
         .max_bytes = (uint64_t)settings->max_memory << 20,
         .seed = settings->seed,

@@ -34,13 +34,12 @@ static uint64_t scene_bytes(const clast_scene *scene)
 }
 
 // The sum over a unit's clusters of how full each is.
-static double unit_fill(const clast_template_set *templates, const clast_frame_unit *unit)
+static double unit_fill(const clast_frame_unit *unit)
 {
     double sum = 0.0;
     for (size_t i = 0; i < unit->record_count; i++) {
-        uint32_t number = unit->records[i].template_index;
-        double triangles = clast_template_triangle_count(templates, number) / (double)CLUSTER_TRIANGLES;
-        double vertices = clast_template_vertex_count(templates, number) / (double)CLUSTER_VERTICES;
+        double triangles = record_triangles(unit->records[i]) / (double)CLUSTER_TRIANGLES;
+        double vertices = record_vertices(unit->records[i]) / (double)CLUSTER_VERTICES;
         sum += triangles > vertices ? triangles : vertices;
     }
     return sum;
@@ -62,7 +61,14 @@ void clast_collect_statistics(const clast_renderer *renderer, clast_render_stati
     statistics->instances = (uint32_t)frame->instance_count;
     statistics->lights = (uint32_t)renderer->scene->light_count;
     statistics->rate = (double)frame->fitted_rate;
-    statistics->minimum_triangles = frame->minimum_triangles;
+    statistics->bound = frame->bound;
+    statistics->wanted_clusters = frame->wanted.clusters;
+    statistics->wanted_triangles = frame->wanted.triangles;
+    statistics->wanted_bytes = frame->wanted.bytes;
+    statistics->frame_bytes = frame->granted.bytes;
+    statistics->minimum_clusters = frame->minimum.clusters;
+    statistics->minimum_triangles = frame->minimum.triangles;
+    statistics->minimum_bytes = frame->minimum.bytes;
     statistics->scene_bytes = scene_bytes(renderer->scene);
     statistics->cook_bytes = renderer->cooked->bytes;
     statistics->template_bytes = clast_template_set_bytes(renderer->cooked->templates);
@@ -77,7 +83,7 @@ void clast_collect_statistics(const clast_renderer *renderer, clast_render_stati
             continue;
         }
         statistics->units++;
-        fill += unit_fill(renderer->cooked->templates, unit);
+        fill += unit_fill(unit);
         records += unit->record_count;
     }
     statistics->cluster_fill = records != 0 ? fill / (double)records : 0.0;

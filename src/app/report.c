@@ -96,6 +96,17 @@ json_t *clast_report_settings(const clast_render_settings *settings)
     return object_or_null(object, failures);
 }
 
+static const char *bound_text(clast_bound bound)
+{
+    switch (bound) {
+#define BOUND_TEXT(name, value, text) \
+    case name: return text;
+        CLAST_BOUND_LIST(BOUND_TEXT)
+#undef BOUND_TEXT
+    }
+    return "";
+}
+
 int clast_report_add_counts(json_t *object, const clast_render_statistics *statistics)
 {
     int failures = SET_UINT(object, "triangles", statistics->triangles) != 0;
@@ -107,7 +118,14 @@ int clast_report_add_counts(json_t *object, const clast_render_statistics *stati
     failures += SET_UINT(object, "instances", statistics->instances) != 0;
     failures += SET_UINT(object, "lights", statistics->lights) != 0;
     failures += SET_REAL(object, "rate", statistics->rate) != 0;
+    failures += json_object_set_new(object, "bound", json_string(bound_text(statistics->bound))) != 0;
+    failures += SET_UINT(object, "wanted_clusters", statistics->wanted_clusters) != 0;
+    failures += SET_UINT(object, "wanted_triangles", statistics->wanted_triangles) != 0;
+    failures += SET_UINT(object, "wanted_bytes", statistics->wanted_bytes) != 0;
+    failures += SET_UINT(object, "frame_bytes", statistics->frame_bytes) != 0;
+    failures += SET_UINT(object, "minimum_clusters", statistics->minimum_clusters) != 0;
     failures += SET_UINT(object, "minimum_triangles", statistics->minimum_triangles) != 0;
+    failures += SET_UINT(object, "minimum_bytes", statistics->minimum_bytes) != 0;
     failures += json_object_set_new(object, "bytes", clast_report_bytes(statistics, false)) != 0;
     failures += json_object_set_new(object, "bytes_per_triangle", clast_report_bytes(statistics, true)) != 0;
     failures += SET_UINT(object, "memory_peak", statistics->memory_peak) != 0;

@@ -116,15 +116,26 @@ clast_status clast_frame_run(clast_frame *frame, const clast_backend *backend, c
     return CLAST_OK;
 }
 
+clast_frame_bytes clast_unit_bytes(const clast_frame_unit *unit)
+{
+    return (clast_frame_bytes){
+        .records = unit->record_capacity * sizeof *unit->records + unit->word_capacity * sizeof *unit->words +
+                   unit->item_capacity * sizeof *unit->item_counts,
+        .vertices = unit->vertex_capacity * sizeof *unit->vertices,
+        .clas = unit->clas != NULL ? clast_clas_pool_bytes(unit->clas) : 0,
+        .blas = unit->blas != NULL ? clast_blas_bytes(unit->blas) : 0,
+    };
+}
+
 clast_frame_bytes clast_frame_count_bytes(const clast_frame *frame)
 {
     clast_frame_bytes bytes = {.tlas = clast_tlas_bytes(frame->tlas)};
     for (size_t i = 0; i < frame->unit_count; i++) {
-        const clast_frame_unit *unit = &frame->units[i];
-        bytes.records += unit->record_capacity * sizeof *unit->records + unit->word_capacity * sizeof *unit->words;
-        bytes.vertices += unit->vertex_capacity * sizeof *unit->vertices;
-        bytes.clas += unit->clas != NULL ? clast_clas_pool_bytes(unit->clas) : 0;
-        bytes.blas += unit->blas != NULL ? clast_blas_bytes(unit->blas) : 0;
+        clast_frame_bytes unit = clast_unit_bytes(&frame->units[i]);
+        bytes.records += unit.records;
+        bytes.vertices += unit.vertices;
+        bytes.clas += unit.clas;
+        bytes.blas += unit.blas;
     }
     return bytes;
 }

@@ -7,6 +7,12 @@
 #include "cook/cook.h"
 #include "frame/pose.h"
 
+// What a unit, or all of a frame, takes at some rate.
+typedef struct clast_frame_need {
+    uint64_t clusters, triangles, vertices, words, blocks; // as clast_source_count has them
+    uint64_t bytes; // at most, while it is made: records, words, vertices, clusters and trees
+} clast_frame_need;
+
 // A unit in this frame.
 typedef struct clast_frame_unit {
     const clast_unit *unit;
@@ -21,12 +27,12 @@ typedef struct clast_frame_unit {
     uint32_t made_serial;   // the unit's, of what is known of it here
     clast_pose made_pose;
     clast_source_view made_view;
-    clast_source_count sum;     // of all items
-    clast_source_count minimum; // at CLAST_RATE_LEAST
+    clast_frame_need sum;     // of all items
+    clast_frame_need minimum; // at CLAST_RATE_LEAST
     bool minimum_known;
     bool counted; // item_counts and counted_sum are for counted_rate in this frame's view
     float counted_rate;
-    clast_source_count counted_sum;
+    clast_frame_need counted_sum;
     uint64_t cluster_vertices; // of all records, resident ones too
     clast_cluster_record *records;
     size_t record_count, record_capacity;
@@ -72,9 +78,9 @@ typedef struct clast_frame_settings {
     double segment;         // wanted length of a segment, in the metric's unit
     double hidden_fraction; // of the wanted density, where no camera ray looks
     double displacement_scale;
-    uint64_t budget;       // most triangles; 0 is no bound
-    uint64_t max_clusters; // likewise
-    uint64_t max_bytes;    // likewise: of clusters, vertices and trees
+    uint64_t max_triangles; // 0 is no bound
+    uint64_t max_clusters;  // likewise
+    uint64_t max_bytes;     // likewise: of what clast_frame_need counts
     uint32_t seed;
 } clast_frame_settings;
 
@@ -95,8 +101,9 @@ typedef struct clast_frame {
     uint64_t moved_vertices; // that were posed anew for this frame
     clast_emitter *emitters; // in order of instance, then primitive
     size_t emitter_count, emitter_capacity;
-    float fitted_rate; // 1, or the step of the ladder that the budget left
-    uint64_t minimum_triangles;
+    float fitted_rate;                         // 1, or the step of the ladder that the budgets left
+    clast_bound bound;                         // the budget that the step before did not keep
+    clast_frame_need wanted, granted, minimum; // at the settings' rate, at the fitted one, at the least
     uint64_t triangles, clusters, vertices, instanced_triangles;
     double milliseconds[CLAST_PASS_COUNT_]; // of this frame; passes that run again and again add up
     clast_clas_input *clas_inputs;          // scratch
@@ -123,6 +130,7 @@ typedef struct clast_frame_bytes {
     uint64_t records, vertices, clas, blas, tlas;
 } clast_frame_bytes;
 clast_frame_bytes clast_frame_count_bytes(const clast_frame *frame);
+clast_frame_bytes clast_unit_bytes(const clast_frame_unit *unit); // no TLAS
 
 // What a source is given beside a record.
 static inline const uint32_t *clast_frame_words(const clast_frame_unit *unit, const clast_cluster_record *record)

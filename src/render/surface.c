@@ -66,27 +66,22 @@ vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, fl
 
 // ---------------------------------------------------------------------------------------------------------- surface
 
-static void triangle_corners(const clast_frame *frame, const clast_frame_unit *unit, const clast_cluster_record *record,
-                             uint32_t triangle, vec3 corners[3])
+static void triangle_corners(const clast_frame_unit *unit, const clast_visibility *seen, vec3 corners[3])
 {
-    const packed3 *vertices = clast_source_of(unit->unit)->resident(unit->unit, record);
-    if (vertices == NULL) {
-        vertices = unit->vertices + record->first_vertex;
-    }
-    uint32_t indices[3];
-    clast_template_triangle(frame->cooked->templates, record->template_index, triangle, indices);
+    float found[3][3];
+    clast_clas_corners(unit->clas, seen->cluster, seen->triangle, found);
     for (int i = 0; i < 3; i++) {
-        corners[i] = load3(vertices[indices[i]]);
+        corners[i] = vec3(found[i][0], found[i][1], found[i][2]);
     }
 }
 
 // The position comes from the triangle that was traced, not from the source's smooth surface: rays that leave a curved
 // surface would begin behind the triangles that stand for it.
-static void place_point(const clast_frame *frame, const clast_frame_unit *unit, const clast_frame_instance *instance,
+static void place_point(const clast_frame_unit *unit, const clast_frame_instance *instance,
                         const clast_visibility *seen, clast_shading_point *point)
 {
     vec3 corner[3];
-    triangle_corners(frame, unit, &unit->records[seen->cluster], seen->triangle, corner);
+    triangle_corners(unit, seen, corner);
     vec2 weights = load2(seen->barycentrics);
     vec3 first = corner[1] - corner[0], second = corner[2] - corner[0];
     vec3 object = corner[0] + first * weights[0] + second * weights[1];
@@ -180,7 +175,7 @@ clast_found_surface clast_find_surface(const clast_frame *frame, const clast_vis
     const clast_frame_unit *unit = &frame->units[instance->unit];
     const clast_source *source = clast_source_of(unit->unit);
     point->geometric_normal = load3(seen->normal);
-    place_point(frame, unit, instance, seen, point);
+    place_point(unit, instance, seen, point);
     clast_surface_point on_source = source->locate(unit->unit, &unit->pose, &unit->records[seen->cluster],
                                                    clast_frame_words(unit, &unit->records[seen->cluster]),
                                                    seen->triangle, load2(seen->barycentrics));

@@ -31,13 +31,13 @@ static void budgets_are_kept_and_used(void **state)
 {
     stage s = open_sea(*state);
     stage_run(&s);
-    uint64_t all = s.frame->triangles, minimum = s.frame->minimum_triangles;
+    uint64_t all = s.frame->triangles, minimum = s.frame->minimum.triangles;
     assert_int_equal(minimum, 8 * 8 * 2 + 3 * 3 * 2 + 200);
     assert_true(all > 4 * minimum);
     float last_rate = 0.0f;
     uint64_t last = 0;
     for (uint64_t budget = minimum; budget < all + 200; budget += 97) {
-        s.frame->settings.budget = budget;
+        s.frame->settings.max_triangles = budget;
         stage_run(&s);
         assert_true(s.frame->triangles <= budget);
         assert_true(s.frame->fitted_rate >= last_rate && s.frame->triangles >= last);
@@ -70,13 +70,13 @@ static void the_first_step_that_fits_is_taken(void **state)
 {
     stage s = open_sea(*state);
     stage_run(&s);
-    for (uint64_t budget = s.frame->minimum_triangles; budget < s.frame->triangles; budget += 511) {
+    for (uint64_t budget = s.frame->minimum.triangles; budget < s.frame->triangles; budget += 511) {
         uint32_t expected = 0;
         while (triangles_at(&s, (double)clast_frame_rate_step(expected)) > budget) {
             expected++;
         }
         clast_frame *frame = stage_add_frame(&s);
-        frame->settings.budget = budget;
+        frame->settings.max_triangles = budget;
         assert_ok(s.context, clast_frame_run(frame, &stage_backend, CLAST_PASS_ANIMATE, CLAST_PASS_FIT, NULL));
         assert_true(frame->fitted_rate == clast_frame_rate_step(expected));
         clast_frame_destroy(frame);
@@ -88,15 +88,15 @@ static void a_budget_below_the_minimum_is_refused_with_the_number(void **state)
 {
     clast_context *context = *state;
     stage s = open_sea(context);
-    s.frame->settings.budget = 346;
+    s.frame->settings.max_triangles = 346;
     stage_run(&s);
     assert_true(s.frame->fitted_rate == CLAST_RATE_LEAST || s.frame->triangles == 346);
-    s.frame->settings.budget = 345;
+    s.frame->settings.max_triangles = 345;
     assert_int_equal(stage_try(&s), CLAST_ERROR_BUDGET);
     assert_non_null(strstr(clast_context_error(context), "345"));
     assert_non_null(strstr(clast_context_error(context), "346"));
     assert_int_equal(stage_trace(s.frame, 0, 0.1f, 10, 0, 0, -1).instance, CLAST_NONE);
-    s.frame->settings.budget = 0;
+    s.frame->settings.max_triangles = 0;
     stage_run(&s);
     assert_int_equal(stage_trace(s.frame, 0, 0.1f, 10, 0, 0, -1).instance, 2);
     stage_close(&s);
@@ -110,7 +110,7 @@ static void instances_do_not_count_twice(void **state)
     for (int i = 0; i < 5; i++) {
         shape_add_instance(context, s.scene, sphere, 3.0f * (float)i - 6.0f, 0, 0, 1);
     }
-    s.frame->settings.budget = 200;
+    s.frame->settings.max_triangles = 200;
     stage_run(&s);
     assert_int_equal(s.frame->triangles, 200);
     assert_int_equal(s.frame->instanced_triangles, 1000);

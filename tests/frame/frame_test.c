@@ -243,11 +243,11 @@ static void a_frame_does_not_depend_on_what_was_made_before(void **state)
     shape_add_instance(context, s.scene, sphere, 0, 1, 0, 1);
     clast_frame_settings wanted = s.frame->settings;
     wanted.time = 0.9;
-    wanted.budget = 6000;
+    wanted.max_triangles = 6000;
     s.frame->settings = wanted;
     stage_run(&s);
     s.frame->settings.time = 3.3; // another moment, from elsewhere, unbounded
-    s.frame->settings.budget = 0;
+    s.frame->settings.max_triangles = 0;
     s.frame->settings.rate_camera.position.v[2] = 2.0f;
     stage_run(&s);
     s.frame->settings = wanted;
@@ -271,7 +271,7 @@ static clast_frame *build_on(uint32_t threads, clast_isa isa, stage *s)
     shape_add_instance(context, s->scene, shape_add_wave(context, s->scene, 40), 0, 0, 0, 1);
     shape_add_instance(context, s->scene, shape_add_sphere(context, s->scene, 200, 100), 0, 1, 0, 1);
     s->frame->settings.time = 0.3;
-    s->frame->settings.budget = 100000;
+    s->frame->settings.max_triangles = 100000;
     stage_run(s);
     return s->frame;
 }

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pass emit: the records themselves. Prefix sums of the counts decide places, so that no place depends on timing.
+#include <stdatomic.h>
+
+#include "base/thread.h"
+#include "frame/unit.h"
+
+enum { ITEM_GRAIN = 256 };
+
+typedef struct emit_job {
+    const clast_frame_unit *unit;
+    const uint32_t *first_records; // by item
+    const uint32_t *first_vertices;
+    const uint32_t *first_words;
+    atomic_uint_fast64_t vertices;
+} emit_job;
+
+static void emit_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    emit_job *job = data;
+    const clast_frame_unit *unit = job->unit;
+    const clast_source *source = clast_source_of(unit->unit);
+    for (size_t i = begin; i < end; i++) {
+        source->emit(unit->unit, &unit->pose, &unit->view, (uint32_t)i, job->first_vertices[i], job->first_words[i],
+                     unit->words + job->first_words[i], unit->records + job->first_records[i]);
+    }
+    size_t last = end < unit->unit->item_count ? job->first_records[end] : unit->record_count;
+    uint64_t vertices = 0;
+    for (size_t i = job->first_records[begin]; i < last; i++) {
+        vertices += record_vertices(unit->records[i]);
+    }
+    atomic_fetch_add(&job->vertices, vertices);
+}
+
+// Room for an array that is written anew: what it held is lost. From the second time on an eighth more is taken than is
+// needed, unless memory is bounded: then it is as much as was counted.
+static clast_status renew(clast_frame *frame, void **array, size_t *capacity, size_t wanted, size_t size)
+{
+    bool bounded = frame->settings.max_bytes != 0;
+    if (wanted <= *capacity && (!bounded || wanted == *capacity)) {
+        return CLAST_OK;
+    }
+    size_t grown = *capacity != 0 && !bounded ? wanted + wanted / 8 : wanted;
+    clast_free(frame->context, *array);
+    *capacity = 0;
+    *array = clast_allocate(frame->context, grown, size);
+    if (*array == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    *capacity = grown;
+    return CLAST_OK;
+}
+
+#define RENEW(array, capacity, wanted) renew(frame, (void **)&(array), &(capacity), wanted, sizeof *(array))
+
+static clast_status make_room(clast_frame *frame, clast_frame_unit *unit)
+{
+    unit->record_count = unit->vertex_count = unit->word_count = 0;
+    clast_status status = RENEW(unit->records, unit->record_capacity, (size_t)unit->sum.clusters);
+    if (status == CLAST_OK) {
+        status = RENEW(unit->vertices, unit->vertex_capacity, (size_t)unit->sum.vertices);
+    }
+    if (status == CLAST_OK) {
+        status = RENEW(unit->words, unit->word_capacity, (size_t)unit->sum.words + 1);
+    }
+    return status;
+}
+
+clast_status clast_unit_emit(clast_frame *frame, clast_frame_unit *unit)
+{
+    clast_context *context = frame->context;
+    size_t items = unit->unit->item_count;
+    if (unit->change != CLAST_CHANGE_TOPOLOGY) {
+        return CLAST_OK;
+    }
+    clast_status status = make_room(frame, unit);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    emit_job job = {.unit = unit,
+                    .first_records = unit->item_counts,
+                    .first_vertices = unit->item_counts + items,
+                    .first_words = unit->item_counts + 2 * items};
+    uint32_t total = 0; // known to fit: the sums do
+    clast_exclusive_scan(context, unit->item_counts, items, &total);
+    clast_exclusive_scan(context, unit->item_counts + items, items, &total);
+    clast_exclusive_scan(context, unit->item_counts + 2 * items, items, &total);
+    unit->counted = false; // they are places now
+    unit->record_count = (size_t)unit->sum.clusters;
+    unit->vertex_count = (size_t)unit->sum.vertices;
+    unit->word_count = (size_t)unit->sum.words;
+    clast_parallel_for(context, items, clast_frame_grain(items, ITEM_GRAIN), emit_range, &job);
+    unit->cluster_vertices = atomic_load(&job.vertices);
+    return CLAST_OK;
+}
+
+clast_status clast_cpu_emit(clast_frame *frame, void *target)
+{
+    (void)target;
+    frame->clusters = 0;
+    frame->vertices = 0;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        clast_frame_unit *unit = &frame->units[i];
+        if (!unit->used) {
+            continue;
+        }
+        clast_status status = clast_unit_emit(frame, unit);
+        if (status != CLAST_OK) {
+            return status;
+        }
+        frame->clusters += unit->record_count;
+        frame->vertices += unit->cluster_vertices;
+    }
+    frame->instanced_triangles = 0;
+    for (size_t i = 0; i < frame->instance_count; i++) {
+        frame->instanced_triangles += frame->units[frame->instances[i].unit].sum.triangles;
+    }
+    return CLAST_OK;
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the CPU's passes do with a single unit.
+#ifndef CLAST_FRAME_UNIT_H
+#define CLAST_FRAME_UNIT_H
+
+#include "frame/backend.h"
+
+// How many elements a task takes: few where there are few of them, as each may be much work, and at most `most`.
+static inline size_t clast_frame_grain(size_t count, size_t most)
+{
+    size_t grain = count / 128;
+    return grain < 1 ? 1 : grain < most ? grain : most;
+}
+
+// What must be made anew for this frame at a rate (count.c).
+clast_change clast_unit_change(const clast_frame *frame, const clast_frame_unit *unit, float rate);
+// What the unit needs at a rate. Units whose records stay as they are need not be asked; others keep what each item needs.
+clast_status clast_unit_count(clast_frame *frame, clast_frame_unit *unit, float rate, clast_frame_need *need);
+// What all used units need at a rate, and the instances.
+clast_status clast_frame_count(clast_frame *frame, float rate, clast_frame_need *need);
+clast_frame_need clast_frame_instance_need(const clast_frame *frame);
+void clast_frame_add_need(clast_frame_need *sum, const clast_frame_need *need);
+// Decides that the unit has this rate in this frame (fit.c).
+clast_status clast_unit_settle(clast_frame *frame, clast_frame_unit *unit, float rate);
+// Writes the records of a unit whose topology changes (emit.c).
+clast_status clast_unit_emit(clast_frame *frame, clast_frame_unit *unit);
+// Writes the vertices of a unit that are not resident, and fits its clusters to them (build.c).
+clast_status clast_unit_fill(clast_frame *frame, clast_frame_unit *unit);
+// Makes the clusters of a unit whose vertices are all resident, or fits them anew.
+clast_status clast_unit_refit(clast_frame *frame, clast_frame_unit *unit);
+// Builds the tree. What the passes before made is known from now on.
+clast_status clast_unit_build(clast_frame_unit *unit);
+
+#endif
