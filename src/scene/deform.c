@@ -27,7 +27,7 @@ clast_status clast_scene_share_mesh(clast_scene *scene, uint32_t number, const c
     }
     clast_context *context = scene->context;
     clast_motion *motion = &scene->motion;
-    clast_geometry *geometry;
+    clast_geometry *geometry = NULL;
     clast_status status = find_mesh(scene, number, &geometry);
     if (status == CLAST_OK) {
         status = CLAST_RESERVE(context, motion->blocks, motion->block_capacity,
@@ -66,7 +66,7 @@ static void deform(clast_geometry *geometry, const clast_deformation *deformatio
 clast_status clast_scene_adopt_morph(clast_scene *scene, uint32_t number, const clast_morph_target *targets,
                                      uint32_t count, uint32_t node)
 {
-    clast_geometry *geometry;
+    clast_geometry *geometry = NULL;
     clast_status status = find_mesh(scene, number, &geometry);
     if (status != CLAST_OK) {
         return status;
@@ -100,7 +100,7 @@ clast_status clast_scene_set_mesh_morph(clast_scene *scene, uint32_t number, con
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_context *context = scene->context;
-    clast_geometry *geometry;
+    clast_geometry *geometry = NULL;
     clast_status status = find_mesh(scene, number, &geometry);
     if (status != CLAST_OK) {
         return status;
@@ -180,7 +180,7 @@ clast_status clast_scene_add_skin(clast_scene *scene, const clast_skin_desc *des
 clast_status clast_scene_adopt_skinning(clast_scene *scene, uint32_t number, uint32_t skin, uint32_t influences,
                                         const uint16_t *joints, const float *weights)
 {
-    clast_geometry *geometry;
+    clast_geometry *geometry = NULL;
     clast_status status = find_mesh(scene, number, &geometry);
     if (status == CLAST_OK && influences != 0 && skin >= scene->motion.skin_count) {
         status = clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "skin %u: the scene has %zu", skin,
@@ -226,7 +226,7 @@ clast_status clast_scene_set_mesh_skin(clast_scene *scene, uint32_t number, uint
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_context *context = scene->context;
-    clast_geometry *geometry;
+    clast_geometry *geometry = NULL;
     clast_status status = find_mesh(scene, number, &geometry);
     if (status == CLAST_OK && influences != 0 && skin >= scene->motion.skin_count) {
         status = clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "skin %u: the scene has %zu", skin,
