@@ -159,8 +159,21 @@ static step_box box_around(const clast_pattern_shape *shape, uint32_t triangle)
     return step_box_from(lower, upper);
 }
 
+// So that it does not matter how they stood before.
+static void sort_words(uint32_t *words, uint32_t count)
+{
+    for (uint32_t i = 1; i < count; i++) {
+        uint32_t word = words[i], at = i;
+        for (; at > 0 && words[at - 1] > word; at--) {
+            words[at] = words[at - 1];
+        }
+        words[at] = word;
+    }
+}
+
 void clast_pattern_shape_order(clast_pattern_shape *shape)
 {
+    sort_words(shape->triangles, shape->triangle_count);
     SORTED_ROOM(PATTERN_TRIANGLES) room;
     sorted_boxes sorted = SORTED_IN(&room);
     uint16_t order[PATTERN_TRIANGLES];
