@@ -174,4 +174,89 @@ CLAST_LANES clast_wide_ints wide_look_up_ints(const int32_t table[WIDE_TABLE], c
     return (clast_wide_ints)wide_look_up(words, places);
 }
 
+// Rows of sixteen floats, one for each lane, become sixteen vectors. What nobody looks at is not computed.
+typedef struct clast_wide_columns {
+    clast_wide of[16];
+} clast_wide_columns;
+
+CLAST_LANES clast_wide_columns wide_turn(const float *const rows[WIDE_LANES])
+{
+    clast_wide_columns all;
+#if defined(__AVX512F__)
+    __m512 fours[16]; // lane k of quarter q of fours[i + j] is float 4 q + j of row i + k
+    for (int i = 0; i < 16; i += 4) {
+        __m512 a = _mm512_loadu_ps(rows[i]), b = _mm512_loadu_ps(rows[i + 1]);
+        __m512 c = _mm512_loadu_ps(rows[i + 2]), d = _mm512_loadu_ps(rows[i + 3]);
+        __m512 ab = _mm512_unpacklo_ps(a, b), cd = _mm512_unpacklo_ps(c, d);
+        __m512 ab_high = _mm512_unpackhi_ps(a, b), cd_high = _mm512_unpackhi_ps(c, d);
+        fours[i] = _mm512_shuffle_ps(ab, cd, 0x44);
+        fours[i + 1] = _mm512_shuffle_ps(ab, cd, 0xee);
+        fours[i + 2] = _mm512_shuffle_ps(ab_high, cd_high, 0x44);
+        fours[i + 3] = _mm512_shuffle_ps(ab_high, cd_high, 0xee);
+    }
+    for (int j = 0; j < 4; j++) {
+        __m512 early = _mm512_shuffle_f32x4(fours[j], fours[j + 4], 0x44); // quarters 0 and 1 of both
+        __m512 late = _mm512_shuffle_f32x4(fours[j + 8], fours[j + 12], 0x44);
+        all.of[j] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0x88);
+        all.of[j + 4] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0xdd);
+        early = _mm512_shuffle_f32x4(fours[j], fours[j + 4], 0xee);
+        late = _mm512_shuffle_f32x4(fours[j + 8], fours[j + 12], 0xee);
+        all.of[j + 8] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0x88);
+        all.of[j + 12] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0xdd);
+    }
+#elif defined(__AVX2__)
+    for (int half = 0; half < 16; half += 8) {
+        __m256 fours[8];
+        for (int i = 0; i < 8; i += 4) {
+            __m256 a = _mm256_loadu_ps(rows[i] + half), b = _mm256_loadu_ps(rows[i + 1] + half);
+            __m256 c = _mm256_loadu_ps(rows[i + 2] + half), d = _mm256_loadu_ps(rows[i + 3] + half);
+            __m256 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d);
+            __m256 ab_high = _mm256_unpackhi_ps(a, b), cd_high = _mm256_unpackhi_ps(c, d);
+            fours[i] = _mm256_shuffle_ps(ab, cd, 0x44);
+            fours[i + 1] = _mm256_shuffle_ps(ab, cd, 0xee);
+            fours[i + 2] = _mm256_shuffle_ps(ab_high, cd_high, 0x44);
+            fours[i + 3] = _mm256_shuffle_ps(ab_high, cd_high, 0xee);
+        }
+        for (int j = 0; j < 4; j++) {
+            all.of[half + j] = (clast_wide)_mm256_permute2f128_ps(fours[j], fours[j + 4], 0x20);
+            all.of[half + j + 4] = (clast_wide)_mm256_permute2f128_ps(fours[j], fours[j + 4], 0x31);
+        }
+    }
+#else
+    for (int k = 0; k < 16; k++) {
+        float each[WIDE_LANES];
+        for (int i = 0; i < WIDE_LANES; i++) {
+            each[i] = rows[i][k];
+        }
+        all.of[k] = wide_load(each);
+    }
+#endif
+    return all;
+}
+
+// Back to rows, one after the other, as many as `count` says.
+CLAST_LANES void wide_store_rows(float *rows, uint32_t count, clast_wide_columns columns)
+{
+    float each[16][WIDE_LANES];
+    for (int k = 0; k < 16; k++) {
+        wide_store(each[k], columns.of[k]);
+    }
+#if defined(__AVX512F__)
+    const float *pointers[WIDE_LANES];
+    for (int i = 0; i < 16; i++) {
+        pointers[i] = each[i];
+    }
+    clast_wide_columns turned = wide_turn(pointers); // a square: turned once more
+    for (uint32_t i = 0; i < count && i < WIDE_LANES; i++) {
+        wide_store(rows + 16 * i, turned.of[i]);
+    }
+#else
+    for (uint32_t i = 0; i < count && i < WIDE_LANES; i++) {
+        for (int k = 0; k < 16; k++) {
+            rows[16 * i + k] = each[k][i];
+        }
+    }
+#endif
+}
+
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of base triangles, blended and displaced, many at once: what `fill` does most. The kernels restate displaced_point()
+// Points of triangles, blended and displaced, many at once: what `fill` does most. The kernels restate displaced_point()
 // and clast_height_value(), to the bit.
 #ifndef CLAST_SOURCE_DISPLACE_H
 #define CLAST_SOURCE_DISPLACE_H
@@ -7,7 +7,7 @@
 #include "base/isa.h"
 #include "source/height.h"
 
-// A corner of a base triangle: all that is blended, in one line of the cache.
+// A corner of a triangle: all that is blended, in one line of the cache.
 enum {
     DISPLACE_POSITION = 0,
     DISPLACE_NORMAL = 3,
@@ -20,12 +20,6 @@ typedef struct clast_displace_corner {
     _Alignas(64) float of[DISPLACE_FLOATS];
 } clast_displace_corner;
 
-// A part of a base triangle that was split: its corners within it, and the levels of the map at them.
-typedef struct clast_displace_part {
-    uint32_t corners[3]; // weights_word()
-    float levels[3];
-} clast_displace_part;
-
 // Points that one map displaces.
 typedef struct clast_displace_job {
     const clast_height *height; // null: `offset` is the height everywhere
@@ -33,8 +27,6 @@ typedef struct clast_displace_job {
     const clast_displace_corner *corners;
     const uint32_t *numbers; // by point: its three corners, 8 bits each; null: corners 0, 1 and 2 for all
     const uint32_t *weights; // by point: weights_word()
-    // Null, or the part of the triangle of corners 0, 1 and 2 that all points are weights of.
-    const clast_displace_part *part;
     uint32_t count;
     packed3 *positions; // by point: written
 } clast_displace_job;

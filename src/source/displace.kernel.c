@@ -20,41 +20,12 @@ typedef struct wide_weights {
 
 // ------------------------------------------------------------------------------------------------------------- weights
 
-// weights_within(): from weights of a part's corners to weights of the base triangle.
-CLAST_LANES void rebase(clast_wide_ints w[3], const uint32_t corners[3])
-{
-    clast_wide_ints sums[3];
-    const clast_wide_ints one = wide_splat_ints(32768);
-    for (int k = 0; k < 3; k++) {
-        sums[k] = wide_splat_ints(16384);
-    }
-    for (int corner = 0; corner < 3; corner++) {
-        int32_t second = (int32_t)(corners[corner] & 65535), third = (int32_t)(corners[corner] >> 16);
-        sums[0] += w[corner] * wide_splat_ints(32768 - second - third);
-        sums[1] += w[corner] * wide_splat_ints(second);
-        sums[2] += w[corner] * wide_splat_ints(third);
-    }
-    clast_wide_ints a = sums[0] >> 15, b = sums[1] >> 15, c = sums[2] >> 15;
-    // the largest takes the rest: the first of those alike
-    clast_wide_ints most_later = wide_pick_more_ints(c, b, c, b);
-    clast_wide_ints fixed_c = wide_pick_more_ints(c, b, one - a - b, c);
-    clast_wide_ints fixed_b = wide_pick_more_ints(c, b, b, one - a - c);
-    w[0] = wide_pick_more_ints(most_later, a, a, one - b - c);
-    w[1] = wide_pick_more_ints(most_later, a, fixed_b, b);
-    w[2] = wide_pick_more_ints(most_later, a, fixed_c, c);
-}
-
-CLAST_LANES void load_weights(const clast_displace_job *job, uint32_t first, clast_wide_ints w[3])
+CLAST_LANES wide_weights weights_at(const clast_displace_job *job, uint32_t first)
 {
     clast_wide_ints words = wide_load_first(job->weights + first, job->count - first);
-    w[1] = words & wide_splat_ints(65535);
-    w[2] = wide_shift_right(words, 16);
-    w[0] = wide_splat_ints(32768) - w[1] - w[2];
-}
-
-CLAST_LANES wide_weights float_weights(const clast_wide_ints w[3])
-{
-    return (wide_weights){{wide_to_floats(w[0]), wide_to_floats(w[1]), wide_to_floats(w[2])}};
+    clast_wide_ints second = words & wide_splat_ints(65535), third = wide_shift_right(words, 16);
+    return (wide_weights){
+        {wide_to_floats(wide_splat_ints(32768) - second - third), wide_to_floats(second), wide_to_floats(third)}};
 }
 
 // -------------------------------------------------------------------------------------------------------------- blends
@@ -75,49 +46,6 @@ CLAST_LANES blended blend_same(const clast_displace_corner *corners, wide_weight
     return all;
 }
 
-#if WIDE_LANES == 16
-// Sixteen points of sixteen floats become as many vectors, of which the first nine are wanted: one for each attribute.
-CLAST_LANES blended turn(float points[WIDE_LANES][DISPLACE_FLOATS])
-{
-    __m512 fours[WIDE_LANES];
-    for (int i = 0; i < WIDE_LANES; i += 4) {
-        __m512 a = _mm512_load_ps(points[i]), b = _mm512_load_ps(points[i + 1]);
-        __m512 c = _mm512_load_ps(points[i + 2]), d = _mm512_load_ps(points[i + 3]);
-        __m512 ab = _mm512_unpacklo_ps(a, b), cd = _mm512_unpacklo_ps(c, d);
-        __m512 ab_high = _mm512_unpackhi_ps(a, b), cd_high = _mm512_unpackhi_ps(c, d);
-        // lane k of quarter q of fours[i + j] is float 4 q + j of point i + k
-        fours[i] = _mm512_shuffle_ps(ab, cd, 0x44);
-        fours[i + 1] = _mm512_shuffle_ps(ab, cd, 0xee);
-        fours[i + 2] = _mm512_shuffle_ps(ab_high, cd_high, 0x44);
-        fours[i + 3] = _mm512_shuffle_ps(ab_high, cd_high, 0xee);
-    }
-    blended all;
-    for (int j = 0; j < 4; j++) {
-        __m512 early = _mm512_shuffle_f32x4(fours[j], fours[j + 4], 0x44); // quarters 0 and 1 of both
-        __m512 late = _mm512_shuffle_f32x4(fours[j + 8], fours[j + 12], 0x44);
-        all.of[j] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0x88);
-        all.of[j + 4] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0xdd);
-    }
-    __m512 early = _mm512_shuffle_f32x4(fours[0], fours[4], 0xee); // quarters 2 and 3
-    __m512 late = _mm512_shuffle_f32x4(fours[8], fours[12], 0xee);
-    all.of[8] = (clast_wide)_mm512_shuffle_f32x4(early, late, 0x88);
-    return all;
-}
-#else
-CLAST_LANES blended turn(float points[WIDE_LANES][DISPLACE_FLOATS])
-{
-    blended all;
-    for (int k = 0; k < DISPLACE_ATTRIBUTES; k++) {
-        float each[WIDE_LANES];
-        for (int i = 0; i < WIDE_LANES; i++) {
-            each[i] = points[i][k];
-        }
-        all.of[k] = wide_load(each);
-    }
-    return all;
-}
-#endif
-
 // Each point has corners of its own: a point's attributes are blended side by side.
 CLAST_LANES blended blend_own(const clast_displace_job *job, uint32_t first, wide_weights w)
 {
@@ -136,7 +64,16 @@ CLAST_LANES blended blend_own(const clast_displace_job *job, uint32_t first, wid
                                           0x1p-15f);
         }
     }
-    return turn(points);
+    const float *rows[WIDE_LANES];
+    for (int i = 0; i < WIDE_LANES; i++) {
+        rows[i] = points[i];
+    }
+    clast_wide_columns columns = wide_turn(rows);
+    blended all;
+    for (int k = 0; k < DISPLACE_ATTRIBUTES; k++) {
+        all.of[k] = columns.of[k];
+    }
+    return all;
 }
 
 // ------------------------------------------------------------------------------------------------------------- heights
@@ -318,24 +255,6 @@ CLAST_LANES void store_points(packed3 *to, wide_points p, uint32_t count)
 #endif
 }
 
-CLAST_LANES blended blend_points(const clast_displace_job *job, uint32_t first)
-{
-    clast_wide_ints w[3];
-    load_weights(job, first, w);
-    if (job->numbers != NULL) {
-        return blend_own(job, first, float_weights(w));
-    }
-    if (job->part == NULL) {
-        return blend_same(job->corners, float_weights(w));
-    }
-    const float *levels = job->part->levels;
-    clast_wide level = blend(levels[0], levels[1], levels[2], float_weights(w));
-    rebase(w, job->part->corners);
-    blended all = blend_same(job->corners, float_weights(w));
-    all.of[DISPLACE_LEVEL] = level;
-    return all;
-}
-
 void CLAST_KERNEL(clast_displace)(const clast_displace_job *job)
 {
     level_tables tables;
@@ -343,7 +262,8 @@ void CLAST_KERNEL(clast_displace)(const clast_displace_job *job)
         fill_tables(&job->height->map, &tables);
     }
     for (uint32_t first = 0; first < job->count; first += WIDE_LANES) {
-        blended at = blend_points(job, first);
+        wide_weights w = weights_at(job, first);
+        blended at = job->numbers != NULL ? blend_own(job, first, w) : blend_same(job->corners, w);
         clast_wide height = wide_splat(job->offset);
         if (job->height != NULL) {
             height = value_of(job->height, &tables, &at) * job->scale + job->offset;

@@ -94,7 +94,6 @@ static void close_maps(maps *m)
 typedef struct points {
     clast_displace_corner corners[CORNERS];
     uint32_t numbers[POINTS], weights[POINTS];
-    clast_displace_part part;
     packed3 wanted[POINTS], found[POINTS + 1];
 } points;
 
@@ -143,16 +142,10 @@ static packed3 displaced(const clast_displace_job *job, uint32_t i)
     const clast_displace_corner *a = &job->corners[numbers & 255], *b = &job->corners[numbers >> 8 & 255];
     const clast_displace_corner *c = &job->corners[numbers >> 16];
     clast_weights w = weights_of(job->weights[i]);
-    const clast_displace_part *part = job->part;
-    float of[DISPLACE_ATTRIBUTES], level = 0.0f;
-    if (part != NULL) {
-        level = blend1(part->levels[0], part->levels[1], part->levels[2], w);
-        w = weights_within(weights_of(part->corners[0]), weights_of(part->corners[1]), weights_of(part->corners[2]), w);
-    }
+    float of[DISPLACE_ATTRIBUTES];
     for (int k = 0; k < DISPLACE_ATTRIBUTES; k++) {
         of[k] = blend1(a->of[k], b->of[k], c->of[k], w);
     }
-    of[8] = part != NULL ? level : of[8];
     float height = job->offset;
     if (job->height != NULL) {
         height = clast_height_value(job->height, vec2(of[6], of[7]), of[8]) * job->scale + job->offset;
@@ -171,12 +164,7 @@ static void make_job(points *p, randoms *r, const clast_height *height, clast_di
         p->weights[i] = any_weights(r);
         p->numbers[i] = next(r) & 0xffffff;
     }
-    for (int k = 0; k < 3; k++) {
-        p->part.corners[k] = any_weights(r);
-        p->part.levels[k] = p->corners[3 + k].of[DISPLACE_LEVEL];
-    }
     job->numbers = below(r, 2) == 0 ? p->numbers : NULL;
-    job->part = job->numbers == NULL && below(r, 2) == 0 ? &p->part : NULL;
     for (uint32_t i = 0; i < job->count; i++) {
         p->wanted[i] = displaced(job, i);
     }
