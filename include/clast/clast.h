@@ -14,6 +14,7 @@
 #include "clast/render.h"
 #include "clast/scene.h"
 #include "clast/status.h"
+#include "clast/validate.h"
 #include "clast/version.h"
 
 #endif

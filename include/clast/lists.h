@@ -44,6 +44,13 @@
     X(CLAST_LOG_WARNING, 1, "warning") \
     X(CLAST_LOG_INFORMATION, 2, "information")
 
+/* X(name, value, text): how much a fault of a file matters. */
+#define CLAST_SEVERITY_LIST(X) \
+    X(CLAST_SEVERITY_ERROR, 0, "error")             /* the file breaks a rule */ \
+    X(CLAST_SEVERITY_WARNING, 1, "warning")         /* it will hardly do what was meant */ \
+    X(CLAST_SEVERITY_INFORMATION, 2, "information") /* it has what it does not need */ \
+    X(CLAST_SEVERITY_HINT, 3, "hint")               /* it could be better for some programs */
+
 /* X(name, value, text): the kinds of dense geometry. A source file in src/source/ for each. */
 #define CLAST_SOURCE_LIST(X) \
     X(CLAST_SOURCE_CLUSTERS, 0, "clusters") \

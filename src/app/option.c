@@ -77,6 +77,12 @@ static const char *const compare_details[] = {
     "ERRORS is a picture of FLIP: its values as .pfm or .exr, in false colours as .png, black where nothing is seen.",
     NULL,
 };
+static const char *const validate_details[] = {
+    "INPUT is any file that render takes, or an image. Prints each fault with its severity, its code, its place and a text. Of glTF "
+    "files all faults are told, in the JSON, its objects, the buffers and the images, by the codes and JSON pointers of the Khronos "
+    "Group's validator; of other files the first that the reader meets.",
+    NULL,
+};
 
 const clast_verb_info clast_verbs[CLAST_VERB_COUNT_] = {
     [CLAST_VERB_RENDER] = {"render", "renders a picture of a scene", "INPUT [OUTPUT]", 1, 2, render_details,
@@ -86,4 +92,6 @@ const clast_verb_info clast_verbs[CLAST_VERB_COUNT_] = {
     [CLAST_VERB_INFO] = {"info", "tells what a file holds", "INPUT", 1, 1, info_details, clast_run_info},
     [CLAST_VERB_COMPARE] = {"compare", "tells how two images differ", "A B [ERRORS]", 2, 3, compare_details,
                             clast_run_compare},
+    [CLAST_VERB_VALIDATE] = {"validate", "tells what is wrong with a file", "INPUT", 1, 1, validate_details,
+                             clast_run_validate},
 };

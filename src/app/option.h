@@ -12,16 +12,20 @@
     X(CLAST_VERB_RENDER, 0, "render") \
     X(CLAST_VERB_GENERATE, 1, "generate") \
     X(CLAST_VERB_INFO, 2, "info") \
-    X(CLAST_VERB_COMPARE, 3, "compare")
+    X(CLAST_VERB_COMPARE, 3, "compare") \
+    X(CLAST_VERB_VALIDATE, 4, "validate")
 
 typedef enum clast_verb { CLAST_VERB_LIST(CLAST_ENUMERATOR) CLAST_VERB_COUNT_ } clast_verb;
 
 // X(name, value, text): what the command's exit code says.
 #define CLAST_EXIT_LIST(X) \
-    X(CLAST_EXIT_SUCCESS, 0, "all is done; compare: the images agree") \
+    X(CLAST_EXIT_SUCCESS, 0, "all is done; compare: the images agree; validate: the file has no error") \
     X(CLAST_EXIT_FAILURE, 1, \
-      "the input or the work failed, and no file is left half written; compare: the images differ") \
-    X(CLAST_EXIT_USAGE, 2, "the command line is wrong; compare: an image could not be read, or the sizes differ") \
+      "the input or the work failed, and no file is left half written; compare: the images differ; validate: " \
+      "the file has errors") \
+    X(CLAST_EXIT_USAGE, 2, \
+      "the command line is wrong; compare: an image could not be read, or the sizes differ; " \
+      "validate: the file could not be read") \
     X(CLAST_EXIT_CANCELLED, 3, "stopped by an interrupt; what was rendered until then is written")
 
 typedef enum clast_exit { CLAST_EXIT_LIST(CLAST_ENUMERATOR) } clast_exit;
@@ -38,6 +42,7 @@ enum {
     CLAST_IN_GENERATE = 1 << CLAST_VERB_GENERATE,
     CLAST_IN_INFO = 1 << CLAST_VERB_INFO,
     CLAST_IN_COMPARE = 1 << CLAST_VERB_COMPARE,
+    CLAST_IN_VALIDATE = 1 << CLAST_VERB_VALIDATE,
     CLAST_IN_ALL = (1 << CLAST_VERB_COUNT_) - 1,
 };
 
@@ -159,6 +164,7 @@ clast_exit clast_run_render(const clast_command *command);
 clast_exit clast_run_generate(const clast_command *command);
 clast_exit clast_run_info(const clast_command *command);
 clast_exit clast_run_compare(const clast_command *command);
+clast_exit clast_run_validate(const clast_command *command);
 
 // Fills `command` from the arguments after the verb; prints one line on standard error and gives false where they are wrong.
 bool clast_command_parse(clast_verb verb, int count, char *const *arguments, clast_command *command);

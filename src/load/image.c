@@ -68,21 +68,32 @@ static bool is_webp(clast_bytes bytes)
     return bytes.size >= 12 && memcmp(bytes.data, "RIFF", 4) == 0 && memcmp(bytes.data + 8, "WEBP", 4) == 0;
 }
 
+typedef clast_status decoder(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+
+// Null where the bytes are no image of a known type.
+static decoder *decoder_of(clast_bytes bytes)
+{
+    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++) {
+        if (bytes.size >= readers[i].size && memcmp(bytes.data, readers[i].signature, readers[i].size) == 0) {
+            return readers[i].decode;
+        }
+    }
+    return is_webp(bytes) ? clast_webp_decode : clast_is_tga(bytes) ? clast_tga_decode : NULL;
+}
+
+bool clast_is_image(clast_bytes bytes)
+{
+    return decoder_of(bytes) != NULL;
+}
+
 clast_status clast_decode_image(clast_context *context, const char *name, const void *data, uint64_t size,
                                 clast_image *image)
 {
     clast_bytes bytes = {data, size};
     *image = (clast_image){0};
-    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++) {
-        if (size >= readers[i].size && memcmp(data, readers[i].signature, readers[i].size) == 0) {
-            return readers[i].decode(context, name, bytes, image);
-        }
-    }
-    if (is_webp(bytes)) {
-        return clast_webp_decode(context, name, bytes, image);
-    }
-    if (clast_is_tga(bytes)) {
-        return clast_tga_decode(context, name, bytes, image);
+    decoder *decode = decoder_of(bytes);
+    if (decode != NULL) {
+        return decode(context, name, bytes, image);
     }
     if (size == 0) {
         return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: the file is empty: expected an image", name);

@@ -35,6 +35,8 @@ clast_status clast_webp_decode(clast_context *context, const char *name, clast_b
 clast_status clast_tga_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_exr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 
+// Whether the bytes begin as an image of a type that is read.
+bool clast_is_image(clast_bytes bytes);
 // Whether the bytes begin as a TGA file does. The format has no signature, so this is asked last.
 bool clast_is_tga(clast_bytes bytes);
 

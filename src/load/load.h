@@ -16,6 +16,9 @@ clast_status clast_load_ply(clast_scene *scene, const char *path, clast_file_vie
 clast_status clast_load_stl(clast_scene *scene, const char *path, clast_file_view *file);
 clast_status clast_load_scene_file(clast_scene *scene, const char *path, clast_file_view *file);
 
+// Whether a file is to be taken for glTF: by its name, then by its contents.
+bool clast_is_gltf(const char *path, clast_bytes bytes);
+
 // Reads any of these into an existing scene (a scene file's models come this way); told by contents, then by name.
 clast_status clast_load_into(clast_scene *scene, const char *path);
 // The same for a model that a scene file names: refuses scene files, so that none can name itself.
