@@ -54,7 +54,8 @@
 /* X(name, value, text): the kinds of dense geometry. A source file in src/source/ for each. */
 #define CLAST_SOURCE_LIST(X) \
     X(CLAST_SOURCE_CLUSTERS, 0, "clusters") \
-    X(CLAST_SOURCE_WAVE, 1, "wave")
+    X(CLAST_SOURCE_WAVE, 1, "wave") \
+    X(CLAST_SOURCE_DISPLACED, 2, "displaced")
 
 /* X(name, value, text): how long an edge is, for the number of its segments. */
 #define CLAST_METRIC_LIST(X) \
@@ -64,6 +65,13 @@
     X(CLAST_METRIC_LENGTH, 2, "length") /* in the world */ \
     X(CLAST_METRIC_FIXED, 3, "fixed")   /* as many segments for all edges */
 
+/* X(name, value, text): what kept a frame below the wanted rate. */
+#define CLAST_BOUND_LIST(X) \
+    X(CLAST_BOUND_NONE, 0, "none") \
+    X(CLAST_BOUND_CLUSTERS, 1, "max_clusters") \
+    X(CLAST_BOUND_TRIANGLES, 2, "max_triangles") \
+    X(CLAST_BOUND_MEMORY, 3, "max_memory")
+
 /* X(name, value, text): what of a node an animation moves; glTF 2.0 animation.channel.target.path. */
 #define CLAST_ANIMATED_LIST(X) \
     X(CLAST_ANIMATED_TRANSLATION, 0, "translation") \
@@ -72,13 +80,6 @@
     X(CLAST_ANIMATED_WEIGHTS, 3, "weights") /* of morph targets */
 
 /* X(name, value, text): how an animation goes from key to key; glTF 2.0 animation.sampler.interpolation. */
-/* X(name, value, text): what kept a frame below the wanted rate. */
-#define CLAST_BOUND_LIST(X) \
-    X(CLAST_BOUND_NONE, 0, "none") \
-    X(CLAST_BOUND_CLUSTERS, 1, "max_clusters") \
-    X(CLAST_BOUND_TRIANGLES, 2, "max_triangles") \
-    X(CLAST_BOUND_MEMORY, 3, "max_memory")
-
 #define CLAST_INTERPOLATION_LIST(X) \
     X(CLAST_INTERPOLATION_LINEAR, 0, "LINEAR") /* rotations along the shorter arc */ \
     X(CLAST_INTERPOLATION_STEP, 1, "STEP") \
@@ -123,6 +124,12 @@
     X(CLAST_TONE_MAP_ACES, 0, "aces") \
     X(CLAST_TONE_MAP_NONE, 1, "none")
 
+/* X(name, value, text): what becomes of light that few paths find and that is bright then, as focused by glass. */
+#define CLAST_FIREFLIES_LIST(X) \
+    X(CLAST_FIREFLIES_KEPT, 0, "keep")       /* all light counts: the mean of many samples is right */ \
+    X(CLAST_FIREFLIES_SOFTENED, 1, "soften") /* seen by way of a dull surface, sharp ones are blurred */ \
+    X(CLAST_FIREFLIES_CLAMPED, 2, "clamp")   /* indirect light of a sample is bounded */
+
 /* X(name, value, text): image element types. */
 #define CLAST_PIXEL_LIST(X) \
     X(CLAST_PIXEL_UNORM8, 0, "8 bit") \
@@ -140,7 +147,11 @@
     X(CLAST_VIEW_INSTANCE, 5, "instance", 1, 0, "instance number") \
     X(CLAST_VIEW_CLUSTER, 6, "cluster", 1, 0, "cluster number within the instance's unit") \
     X(CLAST_VIEW_TRIANGLE, 7, "triangle", 1, 0, "triangle number within the cluster") \
-    X(CLAST_VIEW_STEPS, 8, "steps", 1, 0, "tree nodes visited by the primary ray")
+    X(CLAST_VIEW_STEPS, 8, "steps", 1, 0, "tree nodes visited by the primary ray") \
+    X(CLAST_VIEW_PRIMITIVE, 9, "primitive", 1, 0, "number of the base triangle, or other part, of the geometry") \
+    X(CLAST_VIEW_SEGMENTS, 10, "segments", 1, 1, "segments of the nearest base edge; 0 where geometry does not adapt") \
+    X(CLAST_VIEW_RATE, 11, "rate", 1, 1, "segments granted over segments wanted, of the nearest base edge") \
+    X(CLAST_VIEW_AREA, 12, "area", 1, 1, "pixels that the triangle covers, seen or not")
 
 /* X(name, value, text, help): the passes of a frame, in order. */
 #define CLAST_PASS_LIST(X) \
@@ -188,6 +199,8 @@
     TEXT(animation, "", "ANIMATION", \
          "name or number of an animation of the scene, all at once, or none; without it, the first of each file") \
     REAL(exposure, 0.0, -64.0, 64.0, "STOPS", "exposure of the picture, in powers of two") \
+    CHOICE(fireflies, CLAST_FIREFLIES_LIST, CLAST_FIREFLIES_KEPT, \
+           "rare bright light, as focused by glass; soften and clamp make less noise, and a darker picture") \
     CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \
     TEXT(camera, "", "CAMERA", \
          "name or number of a camera of the scene, or eye/target[/up[/fov]], as 0,1,4/0,0,0/0,1,0/45") \

@@ -1,25 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/option.h"
 
+#include <string.h>
+
 #define CHOICE_ROW(name, value, text, ...) {text, value},
 #define CHOICES(list) static const clast_choice choices_##list[] = {list(CHOICE_ROW){NULL, 0}};
 CHOICES(CLAST_METRIC_LIST)
+CHOICES(CLAST_FIREFLIES_LIST)
 CHOICES(CLAST_TONE_MAP_LIST)
 CHOICES(CLAST_VIEW_LIST)
 CHOICES(CLAST_DEVICE_LIST)
 CHOICES(CLAST_ISA_CHOICE_LIST)
 
+// Settings are options of both verbs that make a frame.
+enum { CLAST_IN_FRAME = CLAST_IN_RENDER | CLAST_IN_EXPORT };
+
 #define RENDER_PLACES(name) offsetof(clast_command, render.name), offsetof(clast_command, given.name)
 #define RENDER_UINT(name, initial, minimum, maximum, placeholder, help) \
-    {#name, CLAST_OPTION_UINT,  CLAST_IN_RENDER, initial, minimum, maximum, "", placeholder, help, \
+    {#name, CLAST_OPTION_UINT,  CLAST_IN_FRAME, initial, minimum, maximum, "", placeholder, help, \
      NULL,  RENDER_PLACES(name)},
 #define RENDER_REAL(name, initial, minimum, maximum, placeholder, help) \
-    {#name, CLAST_OPTION_REAL,  CLAST_IN_RENDER, initial, minimum, maximum, "", placeholder, help, \
+    {#name, CLAST_OPTION_REAL,  CLAST_IN_FRAME, initial, minimum, maximum, "", placeholder, help, \
      NULL,  RENDER_PLACES(name)},
 #define RENDER_CHOICE(name, list, initial, help) \
-    {#name, CLAST_OPTION_CHOICE, CLAST_IN_RENDER, initial, 0, 0, "", "NAME", help, choices_##list, RENDER_PLACES(name)},
+    {#name, CLAST_OPTION_CHOICE, CLAST_IN_FRAME, initial, 0, 0, "", "NAME", help, choices_##list, RENDER_PLACES(name)},
 #define RENDER_TEXT(name, initial, placeholder, help) \
-    {#name, CLAST_OPTION_TEXT, CLAST_IN_RENDER, 0, 0, 0, initial, placeholder, help, NULL, RENDER_PLACES(name)},
+    {#name, CLAST_OPTION_TEXT, CLAST_IN_FRAME, 0, 0, 0, initial, placeholder, help, NULL, RENDER_PLACES(name)},
 
 #define PLACES(field) offsetof(clast_command, field), offsetof(clast_command, given.field##_)
 #define COMMAND_UINT(verbs, field, name, initial, minimum, maximum, placeholder, help) \
@@ -49,6 +55,18 @@ clast_option_word clast_option_spell(const clast_option *option)
     return word;
 }
 
+bool clast_option_is_for(const clast_option *option, clast_verb verb)
+{
+    // Settings of a render that are of the picture, not of the geometry.
+    static const char *const of_picture[] = {"spp", "bounces", "seed", "exposure", "tonemap", "env", "fireflies"};
+    for (size_t i = 0; verb == CLAST_VERB_EXPORT && i < sizeof of_picture / sizeof *of_picture; i++) {
+        if (strcmp(option->name, of_picture[i]) == 0) {
+            return false;
+        }
+    }
+    return (option->verbs >> verb & 1) != 0;
+}
+
 static const char *const render_details[] = {
     "INPUT is a scene: glTF 2.0 (.gltf, .glb), Wavefront (.obj), Stanford (.ply), stereolithography (.stl) or a scene file (.json). A scene without "
     "camera gets one that sees all of it; one without light gets a sky with a sun.",
@@ -62,6 +80,15 @@ static const char *const render_details[] = {
 static const char *const generate_details[] = {
     "SCENE is one of those that --list names. OUTPUT is a folder, made where it is missing: scene.json, which names the rest, "
     "glTF files and PNG images. The same scene, detail and seed give the same files.",
+    NULL,
+};
+static const char *const export_details[] = {
+    "INPUT is any scene that render takes. OUTPUT gets the triangles of one frame, tessellated and displaced as they are rendered, with "
+    "smooth normals: .gltf (with .bin and .png files beside it) or .glb with texture coordinates and materials, where instances stay "
+    "instances; or .ply, one mesh in the world's coordinates. Triangles that share a point have the same bits there: what is closed stays "
+    "closed.",
+    "How fine the triangles are is said as for a picture: by the camera, the picture's size and the settings of tessellation. "
+    "--metric length and --metric fixed do not depend on a camera.",
     NULL,
 };
 static const char *const info_details[] = {
@@ -94,4 +121,6 @@ const clast_verb_info clast_verbs[CLAST_VERB_COUNT_] = {
                             clast_run_compare},
     [CLAST_VERB_VALIDATE] = {"validate", "tells what is wrong with a file", "INPUT", 1, 1, validate_details,
                              clast_run_validate},
+    [CLAST_VERB_EXPORT] = {"export", "writes the triangles of a frame as a model", "INPUT OUTPUT", 2, 2, export_details,
+                           clast_run_export},
 };

@@ -71,7 +71,12 @@ static vec3 pixel_colour(const display_job *job, size_t i)
         return vec3(reals[2 * i] - floorf(reals[2 * i]), reals[2 * i + 1] - floorf(reals[2 * i + 1]), 0.0f);
     case CLAST_VIEW_INSTANCE:
     case CLAST_VIEW_CLUSTER:
-    case CLAST_VIEW_TRIANGLE: return number_colour(numbers[i]);
+    case CLAST_VIEW_TRIANGLE:
+    case CLAST_VIEW_PRIMITIVE: return number_colour(numbers[i]);
+    // 1 to 11 segments are a pattern; more are split. A triangle of a pixel, and a rate as wanted, are green.
+    case CLAST_VIEW_SEGMENTS: return reals[i] > 0.0f ? heat_colour(log2f(max1(reals[i], 1.0f)) / 8.0f) : splat3(0.0f);
+    case CLAST_VIEW_RATE: return reals[i] > 0.0f ? heat_colour(0.5f + log2f(reals[i]) / 8.0f) : splat3(0.0f);
+    case CLAST_VIEW_AREA: return reals[i] > 0.0f ? heat_colour(0.5f + log2f(reals[i]) / 16.0f) : splat3(0.0f);
     case CLAST_VIEW_STEPS: return numbers[i] == CLAST_NONE ? splat3(0.0f) : heat_colour((float)numbers[i] / job->high);
     case CLAST_VIEW_COUNT_: break;
     }

@@ -100,7 +100,7 @@ static vec3 mean_emission(const clast_lights *lights, const clast_emitter *emitt
     const clast_frame_unit *unit = &frame->units[frame->instances[emitter->instance].unit];
     vec3 sum = splat3(0.0f);
     for (int i = 0; i < 4; i++) {
-        clast_surface_point point = {emitter->primitive, {{points[i][0], points[i][1]}}};
+        clast_surface_point point = {.primitive = emitter->primitive, .coordinates = {{points[i][0], points[i][1]}}};
         clast_source_surface surface = clast_source_of(unit->unit)->evaluate(unit->unit, &unit->pose, point);
         sum = sum + clast_emission(frame->scene, material, surface.coordinates, lights->table) * 0.25f;
     }
@@ -382,7 +382,7 @@ static clast_light_sample sample_emitter(const clast_lights *lights, const clast
     const clast_material *material = &frame->scene->materials[emitter->material].record;
     vec3 emission = load3(material->emissive);
     if (material->emissive_texture.texture != CLAST_NONE) {
-        clast_surface_point point = {emitter->primitive, store2(weights)};
+        clast_surface_point point = {.primitive = emitter->primitive, .coordinates = store2(weights)};
         clast_source_surface surface = clast_source_of(unit->unit)->evaluate(unit->unit, &unit->pose, point);
         emission = clast_emission(frame->scene, material, surface.coordinates, lights->table);
     }

@@ -3,6 +3,7 @@
 // tiles of a band in parallel.
 #include "base/thread.h"
 #include "render/path.h"
+#include "render/views.h"
 
 #define CPU_PASS(pass, function) [pass] = function,
 const clast_backend clast_cpu_backend = {
@@ -128,6 +129,7 @@ clast_status clast_cpu_trace(clast_frame *frame, void *data)
         run_band(&job);
         if (target->sample == 0) {
             keep_first_rows(target, row, job.rows);
+            clast_keep_cut_views(frame, target, row, job.rows);
         }
     }
     target->primary_rays += (uint64_t)target->width * target->height;

@@ -5,7 +5,7 @@
 #include "render/path.h"
 
 #include "base/thread.h"
-#include "shared/brdf.h"
+#include "render/scatter.h"
 
 enum { SURFACES = 16 }; // that are found before the first of them is shaded
 
@@ -13,6 +13,7 @@ enum { SURFACES = 16 }; // that are found before the first of them is shaded
 enum { USE_CAMERA, USE_LIGHT, USE_SUN, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USES };
 
 static const float DIFFUSE_WIDTH = 0.25f; // least alpha of the lobes after a diffuse surface
+static const float INDIRECT_MOST = 10.0f; // of a sample's light that is clamped: what is far whiter than white
 static const float GLOSSY_WIDTH = 0.5f;   // and after a glossy one, in parts of its own
 
 static uint32_t pixel_seed(const clast_render_target *target, uint32_t x, uint32_t y)
@@ -42,10 +43,17 @@ clast_ray clast_ray_of(clast_camera_ray from)
     return (clast_ray){{o[0], o[1], o[2]}, from.t_min, {d[0], d[1], d[2]}, from.t_max};
 }
 
-// From just off a surface. `direction` need not have unit length: t = 1 is its end.
+// Just off a surface, on the side that a direction points to.
+static vec3 beside_surface(const clast_shading_point *point, vec3 direction)
+{
+    float offset = dot3(point->geometric_normal, direction) < 0.0f ? -point->offset : point->offset;
+    return point->position + point->geometric_normal * offset;
+}
+
+// `direction` need not have unit length: t = 1 is its end.
 static clast_ray leave_surface(const clast_shading_point *point, vec3 direction, float t_max)
 {
-    vec3 o = point->position + point->geometric_normal * point->offset;
+    vec3 o = beside_surface(point, direction);
     return (clast_ray){{o[0], o[1], o[2]}, 0.0f, {direction[0], direction[1], direction[2]}, t_max};
 }
 
@@ -54,32 +62,35 @@ static clast_ray leave_surface(const clast_shading_point *point, vec3 direction,
 // A surface that a path reached, and how it scatters.
 typedef struct interaction {
     clast_shading_point point;
-    clast_basis frame; // around the shading normal
-    clast_brdf brdf;
-    vec3 view; // in the frame
+    clast_bsdf bsdf;
+    vec3 view; // in the point's frame
 } interaction;
 
-static interaction interact(const clast_path *path, const clast_shading_point *point)
+static interaction interact(const clast_render_target *target, const clast_path *path, const clast_shading_point *point)
 {
-    interaction at = {.point = *point, .frame = basis_around(point->normal)};
-    at.view = to_basis(at.frame, path->direction * -1.0f);
+    interaction at = {.point = *point};
+    at.view = to_basis(point->frame, path->direction * -1.0f);
     at.view[2] = max1(at.view[2], 1e-6f);
-    at.brdf = brdf_make(brdf_input(point->base_colour, point->metallic, point->roughness), path->alpha_floor,
-                        at.view[2]);
+    at.bsdf = clast_scatter_make(target->scatter, point->material, &point->surface, path->alpha_floor, at.view);
     return at;
 }
 
-// The scattered part of light from a direction (world space), times the cosine.
+// The scattered part of light from a direction (world space), times the cosine. What passes the surface comes from behind its
+// geometry too.
 static clast_brdf_answer scatter(const interaction *at, vec3 light)
 {
-    vec3 local = to_basis(at->frame, light);
+    vec3 local = to_basis(at->point.frame, light);
     float geometric = dot3(at->point.geometric_normal, light);
-    if (geometric <= 0.0f || local[2] <= 0.0f) {
+    bool above = geometric > 0.0f && local[2] > 0.0f;
+    bool below = geometric < 0.0f && local[2] < 0.0f && at->bsdf.glass > 0.0f;
+    if (!above && !below) {
         return (clast_brdf_answer){.density = 0.0f};
     }
-    clast_brdf_answer answer = brdf_evaluate(at->brdf, at->view, local);
-    float fade = shadow_terminator(geometric, local[2], dot3(at->point.geometric_normal, at->point.normal));
-    answer.value = store3(load3(answer.value) * fade);
+    clast_brdf_answer answer = bsdf_evaluate(at->bsdf, at->view, local);
+    if (above) {
+        float fade = shadow_terminator(geometric, local[2], dot3(at->point.geometric_normal, at->point.normal));
+        answer.value = store3(load3(answer.value) * fade);
+    }
     return answer;
 }
 
@@ -99,7 +110,7 @@ static bool connect_light(const clast_path *path, const interaction *at, const c
     if (light->is_distant) {
         *ray = leave_surface(&at->point, light->direction, INFINITY);
     } else {
-        vec3 origin = at->point.position + at->point.geometric_normal * at->point.offset;
+        vec3 origin = beside_surface(&at->point, light->direction);
         *ray = leave_surface(&at->point, light->target - origin, 1.0f);
     }
     return true;
@@ -111,11 +122,12 @@ static bool sample_direction(const clast_render_target *target, clast_path *path
 {
     vec2 u = next_square(target, path->seed, bounce, USE_DIRECTION);
     float lobe = next_square(target, path->seed, bounce, USE_CHOICE)[1];
-    vec3 local = brdf_direction(at->brdf, at->view, u, lobe);
-    if (!(local[2] > 0.0f)) {
+    clast_bsdf_sample chosen = bsdf_direction(at->bsdf, at->view, u, lobe);
+    vec3 local = load3(chosen.direction);
+    if (local[2] == 0.0f) {
         return false;
     }
-    vec3 direction = normalize3(from_basis(at->frame, local));
+    vec3 direction = normalize3(from_basis(at->point.frame, local));
     clast_brdf_answer answer = scatter(at, direction);
     if (!(answer.density > 0.0f)) {
         return false;
@@ -123,10 +135,15 @@ static bool sample_direction(const clast_render_target *target, clast_path *path
     path->throughput = path->throughput * load3(answer.value) * (1.0f / answer.density);
     path->direction = direction;
     path->density = answer.density;
+    if (dot3(direction, at->point.geometric_normal) < 0.0f) { // through it
+        path->absorption = at->bsdf.thin != 0 || at->point.surface.inside != 0 ? splat3(0.0f) : at->point.absorption;
+    }
     // Light that is focused by a sharp surface onto a dull one is found by rare chance; seen from dull surfaces, sharp ones
     // are blurred (Kaplanyan and Dachsbacher, Path Space Regularization for Holistic and Robust Light Transport, 2013).
-    bool specular = lobe < at->brdf.specular_share;
-    path->alpha_floor = max1(path->alpha_floor, specular ? GLOSSY_WIDTH * at->brdf.alpha.v[1] : DIFFUSE_WIDTH);
+    if (target->settings.fireflies == CLAST_FIREFLIES_SOFTENED) {
+        float width = chosen.diffuse != 0 ? DIFFUSE_WIDTH : GLOSSY_WIDTH * at->bsdf.base.alpha.v[1];
+        path->alpha_floor = max1(path->alpha_floor, width);
+    }
     return largest3(path->throughput) > 0.0f;
 }
 
@@ -166,6 +183,10 @@ static void finish_path(const tile_job *job, const clast_path *path)
 {
     clast_render_target *target = job->target;
     vec3 radiance = path->radiance;
+    if (target->settings.fireflies == CLAST_FIREFLIES_CLAMPED) {
+        vec3 indirect = radiance - path->direct;
+        radiance = path->direct + indirect * min1(1.0f, INDIRECT_MOST / max1(largest3(indirect), INDIRECT_MOST));
+    }
     if (!is_finite3(radiance)) {
         atomic_fetch_add_explicit(&target->rejected, 1, memory_order_relaxed);
         radiance = splat3(0.0f);
@@ -176,7 +197,7 @@ static void finish_path(const tile_job *job, const clast_path *path)
 static void add_surface_views(clast_render_target *target, uint32_t pixel, const clast_shading_point *point)
 {
     if (target->sums[CLAST_VIEW_ALBEDO] != NULL) {
-        add3(target->sums[CLAST_VIEW_ALBEDO], pixel, point->base_colour);
+        add3(target->sums[CLAST_VIEW_ALBEDO], pixel, load3(point->surface.base.base_colour));
     }
     if (target->sums[CLAST_VIEW_NORMAL] != NULL) {
         add3(target->sums[CLAST_VIEW_NORMAL], pixel, point->normal);
@@ -244,7 +265,7 @@ static bool scatter_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bou
 {
     clast_render_target *target = job->target;
     clast_path *path = &job->scratch->paths[from];
-    interaction at = interact(path, point);
+    interaction at = interact(target, path, point);
     path->shares = clast_lights_share(target->lights, point->position, point->geometric_normal, point->normal);
     sample_lights(job, from, &at, bounce);
     if (!sample_direction(target, path, &at, bounce) || !survives(target, path, bounce)) {
@@ -252,6 +273,21 @@ static bool scatter_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bou
     }
     job->scratch->rays[to] = leave_surface(point, path->direction, INFINITY);
     return true;
+}
+
+// Beer and Lambert's law.
+static vec3 passed_through(vec3 absorption, float distance)
+{
+    vec3 depth = absorption * distance;
+    return vec3(rough_exp(-depth[0]), rough_exp(-depth[1]), rough_exp(-depth[2]));
+}
+
+// Light that was scattered once is what shadow rays from the first surface bring, and what the first scattered ray meets.
+static void note_direct(clast_path *path, uint32_t bounce)
+{
+    if (bounce <= 1) {
+        path->direct = path->radiance;
+    }
 }
 
 // Takes path `from` a step on from what its ray saw; where it goes on, ray `to` is its next.
@@ -264,8 +300,12 @@ static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce
     if (seen->instance == CLAST_NONE) {
         if (has_colour) {
             add_distant_light(job, path, bounce);
+            note_direct(path, bounce);
         }
         return false;
+    }
+    if (largest3(path->absorption) > 0.0f) {
+        path->throughput = path->throughput * passed_through(path->absorption, seen->distance);
     }
     clast_shade_surface(job->frame, &target->srgb, path->direction * -1.0f, found);
     const clast_shading_point *point = &found->point;
@@ -276,10 +316,15 @@ static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce
         return false;
     }
     add_emission(job, path, seen, point, bounce);
+    note_direct(path, bounce);
+    if (point->unlit) {
+        path->radiance = path->radiance + path->throughput * load3(point->surface.base.base_colour);
+        return false;
+    }
     return bounce < target->settings.bounces && scatter_path(job, from, to, bounce, point);
 }
 
-static void trace_shadows(tile_job *job)
+static void trace_shadows(tile_job *job, uint32_t bounce)
 {
     clast_scratch *scratch = job->scratch;
     clast_hit_filter filter = {clast_alpha_accepts_by_chance, (void *)job->frame};
@@ -288,6 +333,7 @@ static void trace_shadows(tile_job *job)
         if (scratch->occluded[i] == 0) {
             clast_path *path = &scratch->paths[scratch->shadow_paths[i]];
             path->radiance = path->radiance + scratch->shadow_radiance[i];
+            note_direct(path, bounce == 0 ? 0 : 2);
         }
     }
 }
@@ -301,6 +347,7 @@ static void begin_paths(tile_job *job, clast_tile tile)
         job->scratch->paths[i] = (clast_path){
             .throughput = splat3(1.0f),
             .radiance = splat3(0.0f),
+            .direct = splat3(0.0f),
             .direction = load3(clast_primary_ray(job->frame, target, at.x, at.y).direction),
             .pixel = pixel,
             .seed = pixel_seed(target, at.x, at.y),
@@ -330,7 +377,7 @@ static void step_paths(tile_job *job, uint32_t bounce)
             count += goes_on[i];
         }
     }
-    trace_shadows(job);
+    trace_shadows(job, bounce);
     clast_hit_filter filter = {clast_alpha_accepts_by_chance, (void *)job->frame};
     clast_trace_closest(job->frame->tlas, scratch->rays, count, &filter, scratch->hits);
     atomic_fetch_add_explicit(&job->target->rays, job->shadow_count + count, memory_order_relaxed);

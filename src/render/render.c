@@ -4,6 +4,7 @@
 
 #include "base/thread.h"
 #include "render/path.h"
+#include "render/scatter.h"
 
 enum { BAND_PIXELS = 1 << 16 };
 
@@ -49,6 +50,9 @@ static clast_status begin(clast_frame *frame, clast_render_target *target)
     }
     double start = clast_clock();
     clast_status status = clast_lights_create(frame, &target->srgb, &target->lights);
+    if (status == CLAST_OK) {
+        status = clast_scatter_create(frame->scene, &target->scatter);
+    }
     frame->milliseconds[CLAST_PASS_LIGHTS] += (clast_clock() - start) * 1e3;
     return status;
 }
@@ -116,6 +120,7 @@ clast_status clast_render_frame(clast_frame *frame, const clast_backend *backend
         finish(frame, target, statistics);
     }
     clast_lights_destroy(context, target->lights);
+    clast_scatter_destroy(context, target->scatter);
     clast_free(context, target->visibility);
     clast_free(context, target->scratch);
     clast_free(context, target);

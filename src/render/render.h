@@ -6,8 +6,9 @@
 #include "frame/backend.h"
 #include "render/texture.h"
 
-struct clast_lights;  // lights.h: tables for sampling environment, punctual lights and emitters
-struct clast_scratch; // path.h: paths of a tile
+struct clast_scatter_tables; // scatter.h: what glass and fuzz give back
+struct clast_lights;         // lights.h: tables for sampling environment, punctual lights and emitters
+struct clast_scratch;        // path.h: paths of a tile
 
 // A render under way: samples are added until there are enough.
 typedef struct clast_render_target {
@@ -23,6 +24,7 @@ typedef struct clast_render_target {
     uint32_t *firsts[CLAST_VIEW_COUNT_]; // integer views: from the first sample, whose rays go through pixel centres
     clast_srgb_table srgb;
     struct clast_lights *lights;
+    struct clast_scatter_tables *scatter;
     struct clast_scratch *scratch; // by worker
     uint64_t primary_rays;
     atomic_uint_fast64_t rays;

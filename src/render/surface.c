@@ -92,39 +92,79 @@ static void place_point(const clast_frame_unit *unit, const clast_frame_instance
     point->offset = 2.0f * dot3(absolute3(point->geometric_normal), error);
 }
 
-static vec3 map_normal(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
-                       const clast_frame_instance *instance, const clast_srgb_table *table, vec3 normal)
+// The axes that a normal map's values mean, in the world; the first two are zero where nothing tells them.
+static clast_basis map_axes(const clast_source_surface *surface, const clast_frame_instance *instance, vec3 normal)
 {
-    if (material->normal_texture.texture == CLAST_NONE) {
-        return normal;
-    }
     vec3 tangent = transform_vector(instance->to_world, surface->tangent);
     tangent = direction_of(tangent, splat3(0.0f));
     tangent = direction_of(tangent - normal * dot3(normal, tangent), splat3(0.0f));
-    if (dot3(tangent, tangent) == 0.0f) {
-        return normal;
-    }
     // A mirrored instance turns the cross product around.
     float sign = transform_determinant(instance->to_world) < 0.0f ? -surface->bitangent_sign : surface->bitangent_sign;
-    vec3 bitangent = cross3(normal, tangent) * sign;
-    vec4 texel = clast_texture_value(scene, material->normal_texture, surface->coordinates, CLAST_ENCODING_LINEAR,
-                                     table, vec4(0.5f, 0.5f, 1.0f, 1.0f));
-    float x = (2.0f * texel[0] - 1.0f) * material->normal_scale;
-    float y = (2.0f * texel[1] - 1.0f) * material->normal_scale;
-    return direction_of(tangent * x + bitangent * y + normal * (2.0f * texel[2] - 1.0f), normal);
+    return (clast_basis){store3(tangent), store3(cross3(normal, tangent) * sign), store3(normal)};
 }
 
-static void shade_normal(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
-                         const clast_frame_instance *instance, const clast_srgb_table *table, vec3 view,
-                         clast_shading_point *point)
+static bool has_axes(const clast_basis *axes)
+{
+    return dot3(load3(axes->x), load3(axes->x)) > 0.0f;
+}
+
+static vec3 map_normal(const clast_scene *scene, const clast_texture_use *use, float scale,
+                       const clast_source_surface *surface, const clast_srgb_table *table, const clast_basis *axes)
+{
+    vec3 normal = load3(axes->z);
+    if (use->texture == CLAST_NONE || !has_axes(axes)) {
+        return normal;
+    }
+    vec4 texel = clast_texture_value(scene, *use, surface->coordinates, CLAST_ENCODING_LINEAR, table,
+                                     vec4(0.5f, 0.5f, 1.0f, 1.0f));
+    float x = (2.0f * texel[0] - 1.0f) * scale;
+    float y = (2.0f * texel[1] - 1.0f) * scale;
+    return direction_of(load3(axes->x) * x + load3(axes->y) * y + normal * (2.0f * texel[2] - 1.0f), normal);
+}
+
+// Highlights stretch along the tangent, turned by the material and its texture (KHR_materials_anisotropy).
+static void turn_highlights(const clast_scene *scene, const clast_material *material,
+                            const clast_source_surface *surface, const clast_srgb_table *table, const clast_basis *axes,
+                            clast_shading_point *point)
+{
+    float strength = material->anisotropy;
+    vec2 along = load2(material->anisotropy_direction);
+    if (material->anisotropy_texture.texture != CLAST_NONE) {
+        vec4 texel = clast_texture_value(scene, material->anisotropy_texture, surface->coordinates,
+                                         CLAST_ENCODING_LINEAR, table, vec4(1.0f, 0.5f, 1.0f, 1.0f));
+        vec2 d = vec2(2.0f * texel[0] - 1.0f, 2.0f * texel[1] - 1.0f);
+        along = vec2(along[0] * d[0] - along[1] * d[1], along[1] * d[0] + along[0] * d[1]);
+        strength = clamp1(strength * texel[2], 0.0f, 1.0f);
+    }
+    vec3 direction = load3(axes->x) * along[0] + load3(axes->y) * along[1];
+    direction = direction_of(direction - point->normal * dot3(point->normal, direction), splat3(0.0f));
+    if (dot3(direction, direction) > 0.0f) {
+        point->surface.base.anisotropy = strength;
+        point->frame = (clast_basis){store3(direction), store3(cross3(point->normal, direction)),
+                                     store3(point->normal)};
+    }
+}
+
+static void shade_normals(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
+                          const clast_frame_instance *instance, const clast_srgb_table *table, vec3 view,
+                          clast_shading_point *point)
 {
     vec3 normal = direction_of(transform_transposed(instance->to_object, surface->normal), point->geometric_normal);
-    vec3 mapped = map_normal(scene, material, surface, instance, table, normal);
+    clast_basis axes = map_axes(surface, instance, normal);
     // Seen from behind, all normals turn around (glTF 2.0, double sided).
-    if (dot3(normal, point->geometric_normal) < 0.0f) {
-        mapped = mapped * -1.0f;
+    float side = dot3(normal, point->geometric_normal) < 0.0f ? -1.0f : 1.0f;
+    vec3 mapped = map_normal(scene, &material->normal_texture, material->normal_scale, surface, table, &axes);
+    point->normal = shading_normal_repair(mapped * side, point->geometric_normal, view);
+    point->frame = basis_around(point->normal);
+    if ((material->layers & MATERIAL_ANISOTROPY) != 0 && has_axes(&axes)) {
+        turn_highlights(scene, material, surface, table, &axes, point);
     }
-    point->normal = shading_normal_repair(mapped, point->geometric_normal, view);
+    if ((material->layers & MATERIAL_CLEARCOAT) != 0) {
+        vec3 coat = map_normal(scene, &material->clearcoat_normal_texture, material->clearcoat_normal_scale, surface,
+                               table, &axes);
+        coat = shading_normal_repair(coat * side, point->geometric_normal, view);
+        point->surface.clearcoat_normal = store3(to_basis(point->frame, coat));
+    }
 }
 
 vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2],
@@ -144,20 +184,75 @@ static vec3 clamp_unit3(vec3 v)
     return vec3(clamp1(v[0], 0.0f, 1.0f), clamp1(v[1], 0.0f, 1.0f), clamp1(v[2], 0.0f, 1.0f));
 }
 
-static void shade_material(const clast_scene *scene, const clast_material *material,
-                           const clast_source_surface *surface, const clast_srgb_table *table,
+typedef struct texture_reader {
+    const clast_scene *scene;
+    const clast_source_surface *surface;
+    const clast_srgb_table *table;
+} texture_reader;
+
+static vec4 read_texture(const texture_reader *reader, const clast_texture_use *use, clast_encoding encoding)
+{
+    return clast_texture_value(reader->scene, *use, reader->surface->coordinates, encoding, reader->table,
+                               vec4(1.0f, 1.0f, 1.0f, 1.0f));
+}
+
+static vec3 read_colour(const texture_reader *reader, const clast_texture_use *use)
+{
+    vec4 texel = read_texture(reader, use, CLAST_ENCODING_SRGB);
+    return max3(vec3(texel[0], texel[1], texel[2]), splat3(0.0f));
+}
+
+static float read_factor(const texture_reader *reader, const clast_texture_use *use, int channel, float factor)
+{
+    return clamp1(factor * read_texture(reader, use, CLAST_ENCODING_LINEAR)[channel], 0.0f, 1.0f);
+}
+
+// What extensions of the material add.
+static void shade_layers(const texture_reader *reader, const clast_material *material, bool is_back,
+                         clast_shading_point *point)
+{
+    clast_bsdf_input *surface = &point->surface;
+    if ((material->layers & MATERIAL_SPECULAR) != 0) {
+        surface->base.ior = material->ior;
+        surface->base.specular = read_factor(reader, &material->specular_texture, 3, material->specular);
+        surface->base.specular_colour = store3(load3(material->specular_colour) *
+                                               read_colour(reader, &material->specular_colour_texture));
+    }
+    if ((material->layers & MATERIAL_CLEARCOAT) != 0) {
+        surface->clearcoat = read_factor(reader, &material->clearcoat_texture, 0, material->clearcoat);
+        surface->clearcoat_roughness = read_factor(reader, &material->clearcoat_roughness_texture, 1,
+                                                   material->clearcoat_roughness);
+    }
+    if ((material->layers & MATERIAL_SHEEN) != 0) {
+        vec3 colour = load3(material->sheen_colour) * read_colour(reader, &material->sheen_colour_texture);
+        surface->sheen = store3(clamp_unit3(colour));
+        surface->sheen_roughness = read_factor(reader, &material->sheen_roughness_texture, 3,
+                                               material->sheen_roughness);
+    }
+    if ((material->layers & MATERIAL_TRANSMISSION) != 0) {
+        surface->transmission = read_factor(reader, &material->transmission_texture, 0, material->transmission);
+        surface->thin = material->thickness > 0.0f ? 0 : 1;
+        surface->inside = surface->thin == 0 && is_back ? 1 : 0;
+        point->absorption = surface->thin == 0 ? load3(material->absorption) : splat3(0.0f);
+    }
+}
+
+static void shade_material(const texture_reader *reader, const clast_material *material, bool is_back,
                            clast_shading_point *point)
 {
-    const vec4 one = vec4(1.0f, 1.0f, 1.0f, 1.0f);
+    const clast_source_surface *surface = reader->surface;
     vec4 colour = load4(material->base_colour) * surface->colour;
-    colour = colour * clast_texture_value(scene, material->base_colour_texture, surface->coordinates,
-                                          CLAST_ENCODING_SRGB, table, one);
-    vec4 rough = clast_texture_value(scene, material->metallic_roughness_texture, surface->coordinates,
-                                     CLAST_ENCODING_LINEAR, table, one);
-    point->base_colour = clamp_unit3(vec3(colour[0], colour[1], colour[2]));
-    point->roughness = clamp1(material->roughness * rough[1], 0.0f, 1.0f);
-    point->metallic = clamp1(material->metallic * rough[2], 0.0f, 1.0f);
-    point->emission = clast_emission(scene, material, surface->coordinates, table);
+    colour = colour * read_texture(reader, &material->base_colour_texture, CLAST_ENCODING_SRGB);
+    vec4 rough = read_texture(reader, &material->metallic_roughness_texture, CLAST_ENCODING_LINEAR);
+    point->surface = bsdf_input(brdf_input(clamp_unit3(vec3(colour[0], colour[1], colour[2])),
+                                           clamp1(material->metallic * rough[2], 0.0f, 1.0f),
+                                           clamp1(material->roughness * rough[1], 0.0f, 1.0f)));
+    point->absorption = splat3(0.0f);
+    if (material->layers != 0) {
+        shade_layers(reader, material, is_back, point);
+    }
+    point->emission = clast_emission(reader->scene, material, surface->coordinates, reader->table);
+    point->unlit = material->unlit != 0;
     point->coordinates = surface->coordinates[0];
 }
 
@@ -180,7 +275,8 @@ clast_found_surface clast_find_surface(const clast_frame *frame, const clast_vis
                                                    clast_frame_words(unit, &unit->records[seen->cluster]),
                                                    seen->triangle, load2(seen->barycentrics));
     found.surface = source->evaluate(unit->unit, &unit->pose, on_source);
-    found.material = material_of(frame->scene, found.surface.material);
+    point->material = found.surface.material < frame->scene->material_count ? found.surface.material : 0;
+    found.material = material_of(frame->scene, point->material);
     point->primitive = on_source.primitive;
     clast_texture_prefetch(frame->scene, found.material->base_colour_texture, found.surface.coordinates);
     clast_texture_prefetch(frame->scene, found.material->metallic_roughness_texture, found.surface.coordinates);
@@ -191,12 +287,14 @@ clast_found_surface clast_find_surface(const clast_frame *frame, const clast_vis
 void clast_shade_surface(const clast_frame *frame, const clast_srgb_table *table, vec3 view, clast_found_surface *found)
 {
     clast_shading_point *point = &found->point;
-    if (dot3(point->geometric_normal, view) < 0.0f) {
+    bool is_back = dot3(point->geometric_normal, view) < 0.0f;
+    if (is_back) {
         point->geometric_normal = point->geometric_normal * -1.0f;
     }
-    shade_material(frame->scene, found->material, &found->surface, table, point);
+    texture_reader reader = {frame->scene, &found->surface, table};
+    shade_material(&reader, found->material, is_back, point);
     const clast_frame_instance *instance = &frame->instances[point->frame_instance];
-    shade_normal(frame->scene, found->material, &found->surface, instance, table, view, point);
+    shade_normals(frame->scene, found->material, &found->surface, instance, table, view, point);
 }
 
 clast_hit_surface clast_surface_of_hit(const clast_frame *frame, const clast_hit *hit)

@@ -5,18 +5,21 @@
 
 #include "frame/frame.h"
 #include "render/texture.h"
+#include "shared/bsdf.h"
 
 // A hit, ready to be shaded.
 typedef struct clast_shading_point {
     vec3 position;         // on the triangle that the ray hit, world space
     vec3 geometric_normal; // unit length, on the viewer's side
     vec3 normal;           // to shade with: unit length, normal map applied, repaired; on the viewer's side
-    float offset; // how far along the geometric normal a ray must begin, so that it cannot hit this surface again
-    vec3 base_colour;
-    float metallic;
-    float roughness;
+    float offset;      // how far along the geometric normal a ray must begin, so that it cannot hit this surface again
+    clast_basis frame; // around the normal; along the highlights where they have a direction
+    clast_bsdf_input surface;
+    vec3 absorption; // of the volume behind; zero where there is none
+    bool unlit;
     vec3 emission;
     vec2 coordinates;
+    uint32_t material;
     uint32_t frame_instance;
     uint32_t primitive;
 } clast_shading_point;

@@ -207,7 +207,8 @@ FN clast_brdf brdf_make(clast_brdf_input from, float alpha_floor, float cosine)
     float across = from.roughness * from.roughness;
     float along = mix1(across, 1.0f, from.anisotropy * from.anisotropy); // KHR_materials_anisotropy
     brdf.alpha = store2(vec2(max1(along, least), max1(across, least)));
-    brdf.roughness = rough_sqrt(rough_sqrt(load2(brdf.alpha)[0] * load2(brdf.alpha)[1]));
+    vec2 alpha = load2(brdf.alpha);
+    brdf.roughness = rough_sqrt(rough_sqrt(0.5f * dot2(alpha, alpha))); // loses as much as a lobe of this width both ways
     vec2 seen = ggx_albedo(brdf.roughness, cosine);
     vec2 mean = ggx_mean_albedo(brdf.roughness);
     brdf.loss = seen[0];
