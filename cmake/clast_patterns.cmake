@@ -4,6 +4,7 @@ add_executable(pattern_generate src/geometry/generate/pattern_generate.c src/geo
     src/geometry/pattern_shape.c src/geometry/blocks.c)
 target_include_directories(pattern_generate PRIVATE src include)
 target_link_libraries(pattern_generate PRIVATE clast_flags m)
+target_compile_options(pattern_generate PRIVATE -O2) # every build runs it
 
 set(table ${CMAKE_BINARY_DIR}/pattern_table.c)
 add_custom_command(OUTPUT ${table} COMMAND pattern_generate --table ${table} DEPENDS pattern_generate

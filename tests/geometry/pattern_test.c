@@ -8,7 +8,7 @@
 #include "geometry/pattern.h"
 
 // Another table than this is another picture: of the library's own one, on every machine.
-#define OWN_HASH 0x8cd8b4089a6a568fu
+#define OWN_HASH 0x257512d8d043892du
 
 enum { SEGMENTS = PATTERN_SEGMENTS };
 

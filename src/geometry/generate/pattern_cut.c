@@ -18,7 +18,8 @@ enum {
     LARGEST_STEP = 2048, // of moving a point, in weights
     COARSE_STEP = 256,   // the last one while there are points to come
     SWEEPS_MOST = 64,
-    TRIES = 6,
+    LEAST_TRIES = 4,
+    MORE_TRIES = 40, // shared among the points: few are tried at more places
     SQUARE_UNIT = 16, // the square of a side of one segment
 };
 static const uint64_t fault_one = 1u << 12;     // of an equilateral triangle
@@ -367,7 +368,8 @@ static void cut_freely(cut *best, const clast_pattern_shape *shape, uint32_t ins
 {
     uint32_t numbers = shape->factors;
     uint64_t least = UINT64_MAX;
-    for (uint32_t i = 0; i < TRIES; i++) {
+    uint32_t tries = inside != 0 ? LEAST_TRIES + MORE_TRIES / inside : 1;
+    for (uint32_t i = 0; i < tries; i++) {
         cut c;
         begin(&c, shape);
         for (uint32_t points = 0; points < inside; points++) {
