@@ -384,6 +384,17 @@ static void refuse(clast_context *context, clast_pattern_shape *shapes, const ch
     read_shapes(shapes);
 }
 
+// All of its vertices belong to others too.
+static uint32_t triangle_without_corners(const clast_pattern_shape *shape)
+{
+    for (uint32_t i = 0;; i++) {
+        uint32_t word = shape->triangles[i];
+        if ((word & 255u) > 2 && (word >> 8 & 255u) > 2 && word >> 16 > 2) {
+            return i;
+        }
+    }
+}
+
 static void faults_of_a_table_are_named(void **state)
 {
     clast_context *context = *state;
@@ -402,8 +413,13 @@ static void faults_of_a_table_are_named(void **state)
     some->triangles[3] = (some->triangles[3] >> 8 & 255u) | (some->triangles[3] & 255u) << 8 |
                          (some->triangles[3] & 0xff0000u);
     refuse(context, shapes, "pattern 5 4 4: a triangle has no area, or goes clockwise");
-    some->triangles[3] = some->triangles[2];
+    uint32_t middle = triangle_without_corners(some);
+    some->triangles[middle] = some->triangles[middle == 0 ? 1 : 0];
     refuse(context, shapes, "pattern 5 4 4: two triangles lie on one side of a line");
+    some->triangles[middle] = 0 | 1 << 8 | 2 << 16;
+    refuse(context, shapes, "pattern 5 4 4: a triangle's side is neither another's nor an edge's segment");
+    some->vertices[inside] = some->vertices[inside + 1];
+    refuse(context, shapes, "pattern 5 4 4: a triangle has no area, or goes clockwise");
     some->vertices[inside] = 1 | 1u << 16; // turns some of its triangles over
     refuse(context, shapes, "pattern 5 4 4: a triangle has no area, or goes clockwise");
 
