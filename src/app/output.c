@@ -18,11 +18,19 @@ typedef struct view_info {
 } view_info;
 
 static const char *const layer_names[CLAST_VIEW_COUNT_][2] = {
-    [CLAST_VIEW_COLOUR] = {"", "RGB"},       [CLAST_VIEW_ALBEDO] = {"albedo", "RGB"},
-    [CLAST_VIEW_NORMAL] = {"N", "XYZ"},      [CLAST_VIEW_DEPTH] = {"", "Z"},
-    [CLAST_VIEW_UV] = {"uv", "UV"},          [CLAST_VIEW_INSTANCE] = {"instance", "X"},
-    [CLAST_VIEW_CLUSTER] = {"cluster", "X"}, [CLAST_VIEW_TRIANGLE] = {"triangle", "X"},
+    [CLAST_VIEW_COLOUR] = {"", "RGB"},
+    [CLAST_VIEW_ALBEDO] = {"albedo", "RGB"},
+    [CLAST_VIEW_NORMAL] = {"N", "XYZ"},
+    [CLAST_VIEW_DEPTH] = {"", "Z"},
+    [CLAST_VIEW_UV] = {"uv", "UV"},
+    [CLAST_VIEW_INSTANCE] = {"instance", "X"},
+    [CLAST_VIEW_CLUSTER] = {"cluster", "X"},
+    [CLAST_VIEW_TRIANGLE] = {"triangle", "X"},
     [CLAST_VIEW_STEPS] = {"steps", "X"},
+    [CLAST_VIEW_PRIMITIVE] = {"primitive", "X"},
+    [CLAST_VIEW_SEGMENTS] = {"segments", "X"},
+    [CLAST_VIEW_RATE] = {"rate", "X"},
+    [CLAST_VIEW_AREA] = {"area", "X"},
 };
 
 static view_info view_about(clast_view view)

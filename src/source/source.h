@@ -128,6 +128,10 @@ typedef struct clast_source {
     // What a hit on a record's triangle is on the source's surface. barycentrics weigh the second and third corner.
     clast_surface_point (*locate)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
                                   const uint32_t *words, uint32_t triangle, vec2 barycentrics);
+    // The segments, not rounded, that a view gives the base edge that is nearest to a hit. Null for sources that do not
+    // adapt.
+    float (*segments)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                      const clast_cluster_record *record, const uint32_t *words, uint32_t triangle, vec2 barycentrics);
     // Position, normals and attributes of a surface point.
     clast_source_surface (*evaluate)(const clast_unit *unit, const clast_pose *pose, clast_surface_point point);
     // The emissive primitives: material of each primitive, and its corners, for sampling lights. primitive_count 0

@@ -211,7 +211,19 @@ static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose
     (void)words;
     (void)unit;
     (void)pose;
-    return (clast_surface_point){record->item, store2(wave_locate(record->detail, triangle, barycentrics))};
+    return (clast_surface_point){record->item, store2(wave_locate(record->detail, triangle, barycentrics)), 0.0f};
+}
+
+// All edges have as many.
+static float segments(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                      const clast_cluster_record *record, const uint32_t *words, uint32_t triangle, vec2 barycentrics)
+{
+    (void)pose;
+    (void)record;
+    (void)words;
+    (void)triangle;
+    (void)barycentrics;
+    return (float)wave_segments(wave_of(unit)->sheet, *view);
 }
 
 static clast_source_surface evaluate(const clast_unit *base, const clast_pose *pose, clast_surface_point point)
@@ -272,6 +284,7 @@ const clast_source CLAST_SOURCE_WAVE_TABLE = {
     .fill = fill,
     .resident = resident,
     .locate = locate,
+    .segments = segments,
     .evaluate = evaluate,
     .primitive_count = primitive_count,
     .primitive_material = primitive_material,

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Views of how geometry is cut: what the first sample's rays hit, and how finely it was wanted and is.
+#include "render/views.h"
+
+#include "base/thread.h"
+#include "render/surface.h"
+
+enum { PIXEL_GRAIN = 256 };
+
+typedef struct view_job {
+    const clast_frame *frame;
+    clast_render_target *target;
+    size_t first;
+} view_job;
+
+// What a hit's record is asked.
+typedef struct found_cluster {
+    const clast_frame_instance *instance;
+    const clast_frame_unit *unit;
+    const clast_cluster_record *record;
+    const uint32_t *words;
+} found_cluster;
+
+static found_cluster cluster_of(const clast_frame *frame, const clast_visibility *seen)
+{
+    const clast_frame_instance *instance = &frame->instances[frame->frame_instance_of[seen->instance]];
+    const clast_frame_unit *unit = &frame->units[instance->unit];
+    const clast_cluster_record *record = &unit->records[seen->cluster];
+    return (found_cluster){instance, unit, record, clast_frame_words(unit, record)};
+}
+
+static uint32_t primitive_of(const found_cluster *at, const clast_visibility *seen)
+{
+    const clast_unit *unit = at->unit->unit;
+    return clast_source_of(unit)
+        ->locate(unit, &at->unit->pose, at->record, at->words, seen->triangle, load2(seen->barycentrics))
+        .primitive;
+}
+
+static float segments_in(const found_cluster *at, const clast_visibility *seen, const clast_source_view *view)
+{
+    const clast_unit *unit = at->unit->unit;
+    const clast_source *source = clast_source_of(unit);
+    return source->segments != NULL ? source->segments(unit, &at->unit->pose, view, at->record, at->words,
+                                                       seen->triangle, load2(seen->barycentrics))
+                                    : 0.0f;
+}
+
+// Segments that the edge has over those that it would have if it were seen and no budget were short.
+static float rate_of(const clast_frame *frame, const found_cluster *at, const clast_visibility *seen)
+{
+    clast_source_view wanted = at->unit->view;
+    wanted.rate = (float)frame->settings.rate;
+    wanted.hidden = 0;
+    wanted.hidden_fraction = 1.0f;
+    float full = segments_in(at, seen, &wanted);
+    return full > 0.0f ? segments_in(at, seen, &at->unit->view) / full : 1.0f;
+}
+
+// A point of the world in the picture, in pixels from its middle. What lies before the near plane is taken to lie in it.
+static vec2 project(const clast_frame *frame, vec3 point)
+{
+    const clast_camera *camera = &frame->settings.camera;
+    vec3 away = point - load3(camera->position);
+    float depth = dot3(away, load3(camera->forward));
+    bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
+    float scale = (float)frame->settings.height / (2.0f * camera->vertical_extent);
+    scale = parallel ? scale : scale / max1(depth, max1(camera->near_plane, 1e-30f));
+    return vec2(dot3(away, load3(camera->right)) * scale, dot3(away, load3(camera->up)) * scale);
+}
+
+static float area_of(const clast_frame *frame, const found_cluster *at, const clast_visibility *seen)
+{
+    float corners[3][3];
+    vec2 places[3];
+    clast_clas_corners(at->unit->clas, seen->cluster, seen->triangle, corners);
+    for (int k = 0; k < 3; k++) {
+        vec3 corner = vec3(corners[k][0], corners[k][1], corners[k][2]);
+        places[k] = project(frame, transform_point(at->instance->to_world, corner));
+    }
+    vec2 a = places[1] - places[0], b = places[2] - places[0];
+    return 0.5f * abs1(a[0] * b[1] - a[1] * b[0]);
+}
+
+static void keep_pixel(const view_job *job, size_t pixel)
+{
+    clast_render_target *target = job->target;
+    const clast_visibility *seen = &target->visibility[pixel];
+    if (seen->instance == CLAST_NONE) {
+        return; // as the views began: nothing
+    }
+    found_cluster at = cluster_of(job->frame, seen);
+    if (target->firsts[CLAST_VIEW_PRIMITIVE] != NULL) {
+        target->firsts[CLAST_VIEW_PRIMITIVE][pixel] = primitive_of(&at, seen);
+    }
+    if (target->sums[CLAST_VIEW_SEGMENTS] != NULL) {
+        target->sums[CLAST_VIEW_SEGMENTS][pixel] = segments_in(&at, seen, &at.unit->view);
+    }
+    if (target->sums[CLAST_VIEW_RATE] != NULL) {
+        target->sums[CLAST_VIEW_RATE][pixel] = rate_of(job->frame, &at, seen);
+    }
+    if (target->sums[CLAST_VIEW_AREA] != NULL) {
+        target->sums[CLAST_VIEW_AREA][pixel] = area_of(job->frame, &at, seen);
+    }
+}
+
+static void keep_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const view_job *job = data;
+    for (size_t i = begin; i < end; i++) {
+        keep_pixel(job, job->first + i);
+    }
+}
+
+void clast_keep_cut_views(const clast_frame *frame, clast_render_target *target, uint32_t row, uint32_t rows)
+{
+    bool wanted = target->firsts[CLAST_VIEW_PRIMITIVE] != NULL || target->sums[CLAST_VIEW_SEGMENTS] != NULL ||
+                  target->sums[CLAST_VIEW_RATE] != NULL || target->sums[CLAST_VIEW_AREA] != NULL;
+    if (wanted) {
+        view_job job = {frame, target, (size_t)row * target->width};
+        clast_parallel_for(frame->context, (size_t)rows * target->width, PIXEL_GRAIN, keep_range, &job);
+    }
+}
