@@ -8,6 +8,7 @@
 #include "clast/accel.h"
 #include "clast/context.h"
 #include "clast/deform.h"
+#include "clast/export.h"
 #include "clast/generate.h"
 #include "clast/geometry.h"
 #include "clast/image.h"

@@ -7,11 +7,6 @@
 
 enum { WIDTH = 100, INDENT = 30, RANGE_SIZE = 512 };
 
-static bool option_is_for(const clast_option *option, clast_verb verb)
-{
-    return (option->verbs >> verb & 1) != 0;
-}
-
 // "--width PIXELS", "--json[=FILE]", "--quiet"
 static void option_usage(const clast_option *option, char text[RANGE_SIZE])
 {
@@ -118,7 +113,7 @@ void clast_help_verb(clast_verb verb)
     }
     printf("\noptions:\n");
     for (size_t i = 0; i < clast_option_count; i++) {
-        if (option_is_for(&clast_options[i], verb)) {
+        if (clast_option_is_for(&clast_options[i], verb)) {
             print_option(&clast_options[i]);
         }
     }
@@ -177,7 +172,7 @@ void clast_help_manual(void)
             print_troff(*detail);
         }
         for (size_t j = 0; j < clast_option_count; j++) {
-            if (option_is_for(&clast_options[j], (clast_verb)i)) {
+            if (clast_option_is_for(&clast_options[j], (clast_verb)i)) {
                 print_troff_option(&clast_options[j]);
             }
         }
@@ -192,7 +187,7 @@ void clast_help_manual(void)
 static void print_completion_words(clast_verb verb)
 {
     for (size_t i = 0; i < clast_option_count; i++) {
-        if (option_is_for(&clast_options[i], verb)) {
+        if (clast_option_is_for(&clast_options[i], verb)) {
             printf(" --%s%s", clast_option_spell(&clast_options[i]).text,
                    clast_options[i].type == CLAST_OPTION_OPTIONAL ? "=" : "");
         }

@@ -249,10 +249,7 @@ static clast_status cook(clast_info_work *work)
 static clast_exit tell_scene(clast_info_work *work)
 {
     const clast_command *command = work->session.command;
-    clast_status status = CLAST_OK;
-    if (command->copies > 1) {
-        status = clast_scene_repeat(work->scene, command->copies);
-    }
+    clast_status status = clast_session_change(&work->session, work->scene);
     clast_scene_count(work->scene, &work->counts);
     clast_scene_bounds(work->scene, work->lower, work->upper);
     if (status == CLAST_OK && !command->no_cook) {

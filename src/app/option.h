@@ -13,7 +13,8 @@
     X(CLAST_VERB_GENERATE, 1, "generate") \
     X(CLAST_VERB_INFO, 2, "info") \
     X(CLAST_VERB_COMPARE, 3, "compare") \
-    X(CLAST_VERB_VALIDATE, 4, "validate")
+    X(CLAST_VERB_VALIDATE, 4, "validate") \
+    X(CLAST_VERB_EXPORT, 5, "export")
 
 typedef enum clast_verb { CLAST_VERB_LIST(CLAST_ENUMERATOR) CLAST_VERB_COUNT_ } clast_verb;
 
@@ -43,6 +44,7 @@ enum {
     CLAST_IN_INFO = 1 << CLAST_VERB_INFO,
     CLAST_IN_COMPARE = 1 << CLAST_VERB_COMPARE,
     CLAST_IN_VALIDATE = 1 << CLAST_VERB_VALIDATE,
+    CLAST_IN_EXPORT = 1 << CLAST_VERB_EXPORT,
     CLAST_IN_ALL = (1 << CLAST_VERB_COUNT_) - 1,
 };
 
@@ -56,8 +58,14 @@ enum {
 #define CLAST_COMMAND_OPTION_LIST(UINT, REAL, CHOICE, SIZE, FLAG, OPTIONAL) \
     CHOICE(CLAST_IN_RENDER, view, "view", CLAST_VIEW_LIST, CLAST_VIEW_COLOUR, \
            "what the picture shows; an .exr output holds all views as layers unless this is given") \
-    UINT(CLAST_IN_RENDER | CLAST_IN_INFO, copies, "copies", 1, 1, 16777216, "N", \
+    UINT(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, copies, "copies", 1, 1, 16777216, "N", \
          "repeats the scene in a square grid of N copies") \
+    FLAG(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, curved, "curved", \
+         "tessellates all meshes, bent along their normals (PN triangles)") \
+    UINT(CLAST_IN_EXPORT, instance, "instance", 0, 0, 4294967294u, "N", \
+         "writes the instance of that number alone; without it, all that are visible") \
+    FLAG(CLAST_IN_EXPORT, weld, "weld", \
+         "gives each position one vertex: normals are averaged, texture coordinates and colours left out") \
     CHOICE(CLAST_IN_RENDER, device, "device", CLAST_DEVICE_LIST, CLAST_DEVICE_AUTOMATIC, \
            "where work is done; auto takes the best there is, which is the CPU") \
     REAL(CLAST_IN_GENERATE, detail, "detail", 1.0, 0.02, 25.0, "FACTOR", \
@@ -75,7 +83,7 @@ enum {
     OPTIONAL(CLAST_IN_ALL & ~CLAST_IN_GENERATE, json, "json", "FILE", \
              "writes one JSON object of results and statistics into FILE, or on standard output") \
     UINT(CLAST_IN_ALL, threads, "threads", 0, 0, 1024, "N", "threads that work; 0 is one for each processor") \
-    CHOICE(CLAST_IN_RENDER | CLAST_IN_INFO, isa, "isa", CLAST_ISA_CHOICE_LIST, 0, \
+    CHOICE(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, isa, "isa", CLAST_ISA_CHOICE_LIST, 0, \
            "instruction set of the kernels; auto is the best that the machine has; all give the same picture") \
     SIZE(CLAST_IN_ALL, memory, "memory", "BYTES", \
          "most memory that clast may hold at a time, as 4G or 512M; 0 is no bound") \
@@ -158,12 +166,14 @@ extern const size_t clast_option_count;
 extern const clast_verb_info clast_verbs[CLAST_VERB_COUNT_];
 
 clast_option_word clast_option_spell(const clast_option *option);
+bool clast_option_is_for(const clast_option *option, clast_verb verb);
 
 // The verbs' work, each in a file of its own.
 clast_exit clast_run_render(const clast_command *command);
 clast_exit clast_run_generate(const clast_command *command);
 clast_exit clast_run_info(const clast_command *command);
 clast_exit clast_run_compare(const clast_command *command);
+clast_exit clast_run_export(const clast_command *command);
 clast_exit clast_run_validate(const clast_command *command);
 
 // Fills `command` from the arguments after the verb; prints one line on standard error and gives false where they are wrong.

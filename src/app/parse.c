@@ -69,7 +69,7 @@ static const clast_option *option_find(clast_verb verb, const char *name, size_t
 {
     for (size_t i = 0; i < clast_option_count; i++) {
         const clast_option *option = &clast_options[i];
-        if ((option->verbs >> verb & 1) != 0 && strlen(option->name) == length &&
+        if (clast_option_is_for(option, verb) && strlen(option->name) == length &&
             strncmp(clast_option_spell(option).text, name, length) == 0) {
             return option;
         }
@@ -92,7 +92,7 @@ static bool unknown_option(clast_verb verb, const char *argument)
     for (size_t i = 0; i < clast_option_count; i++) {
         clast_option_word known = clast_option_spell(&clast_options[i]);
         const char *nearer = NULL;
-        if ((clast_options[i].verbs >> verb & 1) != 0) {
+        if (clast_option_is_for(&clast_options[i], verb)) {
             keep_nearer(word, known.text, &nearer, &distance);
         }
         nearest = nearer != NULL ? known : nearest;

@@ -21,33 +21,11 @@ typedef struct clast_render_work {
     bool was_cancelled;
 } clast_render_work;
 
-// What the command line does not say, the scene file does.
-static void merge_settings(clast_render_work *work)
-{
-    clast_render_settings scene;
-    clast_scene_settings(work->scene, &scene);
-    work->settings = work->session.command->render;
-#define MERGE(name, ...) \
-    if (!work->session.command->given.name) { \
-        work->settings.name = scene.name; \
-    }
-    CLAST_RENDER_SETTING_LIST(MERGE, MERGE, MERGE, MERGE)
-}
-
 static clast_status load(clast_render_work *work)
 {
-    const clast_command *command = work->session.command;
-    clast_context *context = work->session.context;
     double begun = clast_clock();
-    clast_status status = clast_scene_load(context, command->positionals[0], &work->scene);
-    if (status == CLAST_OK && command->copies > 1) {
-        status = clast_scene_repeat(work->scene, command->copies);
-    }
+    clast_status status = clast_session_load(&work->session, &work->scene, &work->settings);
     work->load_milliseconds = 1000.0 * (clast_clock() - begun);
-    if (status == CLAST_OK) {
-        merge_settings(work);
-        status = clast_render_settings_resolve(context, &work->settings);
-    }
     return status;
 }
 

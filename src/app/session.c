@@ -8,6 +8,7 @@
 #include "app/print.h"
 #include "base/file.h"
 #include "base/thread.h"
+#include "scene/scene.h"
 
 static void log_line(void *user, clast_log_level level, const char *text)
 {
@@ -71,6 +72,42 @@ bool clast_session_begin(clast_session *session, const clast_command *command)
     }
     clast_watch_interrupts();
     return status == CLAST_OK;
+}
+
+clast_status clast_session_change(const clast_session *session, clast_scene *scene)
+{
+    const clast_command *command = session->command;
+    clast_scene_counts counts;
+    clast_scene_count(scene, &counts);
+    clast_tessellation curved = {.curved = true};
+    clast_status status = CLAST_OK;
+    for (uint32_t i = 0; command->curved && i < counts.geometries && status == CLAST_OK; i++) {
+        if (clast_geometry_is_mesh(&scene->geometries[i])) {
+            status = clast_scene_set_tessellation(scene, i, &curved);
+        }
+    }
+    return status == CLAST_OK && command->copies > 1 ? clast_scene_repeat(scene, command->copies) : status;
+}
+
+clast_status clast_session_load(clast_session *session, clast_scene **scene, clast_render_settings *settings)
+{
+    const clast_command *command = session->command;
+    clast_status status = clast_scene_load(session->context, command->positionals[0], scene);
+    if (status == CLAST_OK) {
+        status = clast_session_change(session, *scene);
+    }
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_render_settings scenes;
+    clast_scene_settings(*scene, &scenes);
+    *settings = command->render;
+#define MERGE(name, ...) \
+    if (!command->given.name) { \
+        settings->name = scenes.name; \
+    }
+    CLAST_RENDER_SETTING_LIST(MERGE, MERGE, MERGE, MERGE)
+    return clast_render_settings_resolve(session->context, settings);
 }
 
 void clast_session_end(clast_session *session)

@@ -24,6 +24,11 @@ typedef struct clast_session {
 // Begins the work of a verb; prints the error and gives false where the context cannot be made.
 bool clast_session_begin(clast_session *session, const clast_command *command);
 void clast_session_end(clast_session *session);
+// Changes a scene as the options say: curves its meshes, repeats it.
+clast_status clast_session_change(const clast_session *session, clast_scene *scene);
+// Reads the scene that the command line names, changed as its options say, and the settings: what the command line does not
+// say, the scene file does. The settings are resolved.
+clast_status clast_session_load(clast_session *session, clast_scene **scene, clast_render_settings *settings);
 // Takes the progress line off the terminal.
 void clast_session_clear_line(clast_session *session);
 double clast_session_seconds(const clast_session *session);

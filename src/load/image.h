@@ -42,6 +42,9 @@ bool clast_is_tga(clast_bytes bytes);
 
 // Each writes what its format can hold (the caller has checked) and leaves failures in output->status.
 void clast_png_encode(clast_file_output *output, const clast_image *image);
+// The same into a new block of clast_allocate.
+clast_status clast_png_encode_block(clast_context *context, const char *name, const clast_image *image, void **block,
+                                    size_t *size);
 void clast_hdr_encode(clast_file_output *output, const clast_image *image);
 void clast_pfm_encode(clast_file_output *output, const clast_image *image);
 void clast_exr_encode(clast_file_output *output, uint32_t width, uint32_t height, const clast_image_layer *layers,

@@ -9,7 +9,9 @@
 
 typedef struct png_job {
     clast_context *context;
-    clast_file_output *output; // when writing
+    clast_file_output *output; // when writing a file
+    unsigned char *block;      // when writing into memory
+    size_t block_size, block_capacity;
     const char *name;
     clast_bytes bytes;
     uint64_t position;
@@ -60,9 +62,18 @@ static void job_read(png_structp png, png_bytep data, size_t length)
 static void job_write(png_structp png, png_bytep data, size_t length)
 {
     png_job *job = png_get_io_ptr(png);
-    if (clast_file_write(job->output, data, length) != CLAST_OK) {
-        png_error(png, "the file could not be written");
+    if (job->output != NULL) {
+        if (clast_file_write(job->output, data, length) != CLAST_OK) {
+            png_error(png, "the file could not be written");
+        }
+        return;
     }
+    if (CLAST_RESERVE(job->context, job->block, job->block_capacity, job->block_size + length) != CLAST_OK) {
+        job->memory_ran_out = true;
+        png_error(png, "memory ran out");
+    }
+    memcpy(job->block + job->block_size, data, length);
+    job->block_size += length;
 }
 
 static void job_flush(png_structp png)
@@ -179,17 +190,38 @@ static bool run_encode(png_job *job)
     return true;
 }
 
+// Creates, runs and destroys the encoder; false where that failed.
+static bool encode(png_job *job)
+{
+    job->png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, job, job_error, job_warning, job, job_allocate,
+                                         job_free);
+    job->info = job->png != NULL ? png_create_info_struct(job->png) : NULL;
+    job->memory_ran_out = job->memory_ran_out || job->info == NULL;
+    bool written = job->info != NULL && run_encode(job);
+    png_destroy_write_struct(&job->png, &job->info);
+    return written;
+}
+
 void clast_png_encode(clast_file_output *output, const clast_image *image)
 {
     png_job job = {.context = output->context, .output = output, .name = output->path, .image = *image};
-    job.png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, &job, job_error, job_warning, &job, job_allocate,
-                                        job_free);
-    job.info = job.png != NULL ? png_create_info_struct(job.png) : NULL;
-    bool written = job.info != NULL && run_encode(&job);
-    if (!written && output->status == CLAST_OK) {
-        output->status = job.memory_ran_out || job.info == NULL ? CLAST_ERROR_OUT_OF_MEMORY : CLAST_ERROR_FILE_WRITE;
+    if (!encode(&job) && output->status == CLAST_OK) {
+        output->status = job.memory_ran_out ? CLAST_ERROR_OUT_OF_MEMORY : CLAST_ERROR_FILE_WRITE;
         clast_fail(output->context, output->status, "%s: PNG: %s", output->path,
                    job.error[0] != '\0' ? job.error : clast_status_text(output->status));
     }
-    png_destroy_write_struct(&job.png, &job.info);
+}
+
+clast_status clast_png_encode_block(clast_context *context, const char *name, const clast_image *image, void **block,
+                                    size_t *size)
+{
+    png_job job = {.context = context, .name = name, .image = *image};
+    if (!encode(&job)) {
+        clast_free(context, job.block);
+        return clast_fail(context, job.memory_ran_out ? CLAST_ERROR_OUT_OF_MEMORY : CLAST_ERROR_LIMIT, "%s: PNG: %s",
+                          name, job.error);
+    }
+    *block = job.block;
+    *size = job.block_size;
+    return CLAST_OK;
 }
