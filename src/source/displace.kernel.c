@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points of base triangles, blended and displaced, as many at once as a register holds. What is computed is
 // displaced_point() of shared/displacement.h over blends of corners, in the same order of the same operations.
-#include "base/simd_wide.h"
 #include "source/displace.h"
+#include "source/wide_stable.h"
 
 // A row of texels of 16 bits is read two at a time.
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
@@ -78,11 +78,6 @@ CLAST_LANES blended blend_own(const clast_displace_job *job, uint32_t first, wid
 
 // ------------------------------------------------------------------------------------------------------------- heights
 
-CLAST_LANES clast_wide clamp(clast_wide x, float low, float high)
-{
-    return wide_min(wide_splat(high), wide_max(x, wide_splat(low)));
-}
-
 // wrap_coordinate()
 CLAST_LANES clast_wide wrap(clast_wide coordinate, uint32_t way)
 {
@@ -93,7 +88,7 @@ CLAST_LANES clast_wide wrap(clast_wide coordinate, uint32_t way)
         clast_wide half_turn = coordinate - 2.0f * wide_floor(coordinate * 0.5f);
         wrapped = wide_pick_less(wide_splat(1.0f), half_turn, 2.0f - half_turn, half_turn);
     }
-    return clamp(wrapped, 0.0f, 1.0f);
+    return wide_clamp1(wrapped, 0.0f, 1.0f);
 }
 
 CLAST_LANES clast_wide between(clast_wide a, clast_wide b, clast_wide weight)
@@ -190,7 +185,8 @@ CLAST_LANES clast_wide value_of(const clast_height *height, const level_tables *
     const clast_height_map *map = &height->map;
     clast_wide u = wrap(at->of[DISPLACE_COORDINATES], map->wrap_u),
                v = wrap(at->of[DISPLACE_COORDINATES + 1], map->wrap_v);
-    clast_wide level = clamp(at->of[DISPLACE_LEVEL], 0.0f, (float)(map->level_count - 1)), whole = wide_floor(level);
+    clast_wide level = wide_clamp1(at->of[DISPLACE_LEVEL], 0.0f, (float)(map->level_count - 1)),
+               whole = wide_floor(level);
     clast_wide_ints finer = wide_to_ints(whole);
     clast_wide value = value_in_level(height, tables, u, v, finer);
     if (wide_any_not_zero(level - whole)) { // else the finer alone counts, and exactly
@@ -203,31 +199,13 @@ CLAST_LANES clast_wide value_of(const clast_height *height, const level_tables *
 
 // ------------------------------------------------------------------------------------------------------------- points
 
-typedef struct wide_points {
-    clast_wide x, y, z;
-} wide_points;
-
-// stable_rsqrt()
-CLAST_LANES clast_wide rsqrt(clast_wide x)
+CLAST_LANES clast_wide3 three_of(const blended *at, int first)
 {
-    clast_wide guess = (clast_wide)(0x5f300000 - ((clast_wide_ints)x >> 1)); // x is not negative
-    clast_wide c = x * guess * guess;
-    clast_wide near = guess * (1.942495f + c * (-1.3888756f + c * 0.44642657f));
-    return near * (1.5f - 0.5f * x * near * near);
-}
-
-// displaced_point()
-CLAST_LANES wide_points displace(const blended *at, clast_wide height)
-{
-    const clast_wide *normal = at->of + DISPLACE_NORMAL;
-    clast_wide x = normal[0], y = normal[1], z = normal[2];
-    clast_wide square = x * x + y * y + z * z;
-    clast_wide turn = rsqrt(wide_pick_less(square, wide_splat(1e-24f), wide_splat(1e-24f), square));
-    return (wide_points){at->of[0] + x * turn * height, at->of[1] + y * turn * height, at->of[2] + z * turn * height};
+    return (clast_wide3){at->of[first], at->of[first + 1], at->of[first + 2]};
 }
 
 // The first `count` points, to memory as they lie there: three floats each.
-CLAST_LANES void store_points(packed3 *to, wide_points p, uint32_t count)
+CLAST_LANES void store_points(packed3 *to, clast_wide3 p, uint32_t count)
 {
     _Alignas(64) float triples[3 * WIDE_LANES];
 #if WIDE_LANES == 16
@@ -268,6 +246,7 @@ void CLAST_KERNEL(clast_displace)(const clast_displace_job *job)
         if (job->height != NULL) {
             height = value_of(job->height, &tables, &at) * job->scale + job->offset;
         }
-        store_points(job->positions + first, displace(&at, height), job->count - first);
+        clast_wide3 position = three_of(&at, DISPLACE_POSITION), normal = three_of(&at, DISPLACE_NORMAL);
+        store_points(job->positions + first, wide_displaced(position, normal, height), job->count - first);
     }
 }

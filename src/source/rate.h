@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Segments of edges and levels of maps, many at once: what counting and emitting do most. The kernels restate rate_point(),
+// vertex_level(), edge_wanted() and edge_factor() of shared/tessellation.h, to the bit.
+#ifndef CLAST_SOURCE_RATE_H
+#define CLAST_SOURCE_RATE_H
+
+#include "base/isa.h"
+#include "shared/tessellation.h"
+
+enum { RATE_POINTS = 128 }; // most points of a cluster or of a pattern
+
+// Points of a surface, displaced by a height each, by array.
+typedef struct clast_rate_points {
+    _Alignas(64) float positions[3][RATE_POINTS]; // not displaced
+    float normals[3][RATE_POINTS];
+    float heights[RATE_POINTS];
+    float density_squares[RATE_POINTS], shortest_squares[RATE_POINTS]; // as vertex_level() takes them
+} clast_rate_points;
+
+// What a point comes to in a view.
+enum {
+    RATE_POSITION = 0, // not displaced
+    RATE_NORMAL = 3,
+    RATE_CAMERA = 6, // clast_rate_point, displaced
+    RATE_SCREEN = 9,
+    RATE_FACING = 11,
+};
+typedef struct clast_rate_site {
+    _Alignas(64) float of[16];
+} clast_rate_site;
+
+typedef struct clast_rate_edge {
+    uint32_t ends; // two sites, 8 bits each; the rest is not looked at
+    float height;  // of the middle, where the displacement's scale is 1
+} clast_rate_edge;
+
+typedef struct clast_rate_edges {
+    const clast_rate_site *sites;
+    const clast_rate_edge *edges;
+    uint32_t count;
+    float scale; // of the displacement
+    bool curved; // the middle lies on a curve
+    // Null, or by edge: the middle, instead of what follows from the ends; and how far the weights of the ends are apart.
+    const clast_rate_site *middles;
+    const uint32_t *apart;
+} clast_rate_edges;
+
+// The first `count` points; room for the arrays' full length of each.
+typedef void (*clast_rate_points_kernel)(const clast_rate_view *view, const clast_rate_points *points, uint32_t count,
+                                         clast_rate_site *sites, uint16_t *levels);
+// By edge: its segments; 1 where both ends are one site.
+typedef void (*clast_rate_edges_kernel)(const clast_rate_view *view, const clast_rate_edges *edges, uint32_t *factors);
+
+typedef struct clast_rate_kernels {
+    clast_rate_points_kernel points;
+    clast_rate_edges_kernel edges;
+} clast_rate_kernels;
+const clast_rate_kernels *clast_rate_kernels_of(clast_isa isa);
+
+#define CLAST_DECLARE_RATE(set) \
+    void clast_rate_points_##set(const clast_rate_view *view, const clast_rate_points *points, uint32_t count, \
+                                 clast_rate_site *sites, uint16_t *levels); \
+    void clast_rate_edges_##set(const clast_rate_view *view, const clast_rate_edges *edges, uint32_t *factors);
+CLAST_DECLARE_RATE(plain)
+CLAST_DECLARE_RATE(sse42)
+CLAST_DECLARE_RATE(avx2)
+CLAST_DECLARE_RATE(avx512)
+
+#endif
