@@ -303,8 +303,10 @@ FN clast_bsdf_sample bsdf_direction(clast_bsdf bsdf, vec3 view, vec2 u, float lo
         vec3 h = ggx_visible_normal(splat2(bsdf.coat_alpha), vec3(v[0], v[1], max1(v[2], 1e-6f)), u);
         made.direction = store3(from_basis(around, h * (2.0f * dot3(v, h)) - v));
     }
-    bool base_is_below = at < rest && load3(made.direction)[2] <= 0.0f;
-    made.direction = base_is_below ? store3(splat3(0.0f)) : made.direction;
+    // Of all lobes, only the glass's goes below.
+    bool passes = lobe >= rest && lobe < rest + bsdf.glass_share;
+    bool ends = !passes && load3(made.direction)[2] <= 0.0f;
+    made.direction = ends ? store3(splat3(0.0f)) : made.direction;
     return made;
 }
 
