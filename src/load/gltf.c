@@ -12,8 +12,9 @@
 #define VALUE_COUNT_MOST ((uint64_t)1 << 25)
 
 static const char *const EXTENSIONS[] = {
-    "EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "KHR_lights_punctual",   "KHR_materials_emissive_strength",
-    "KHR_mesh_quantization",   "KHR_meshopt_compression", "KHR_texture_transform",
+    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",         "KHR_lights_punctual",
+    "KHR_materials_displacement", "KHR_materials_emissive_strength", "KHR_mesh_quantization",
+    "KHR_meshopt_compression",    "KHR_texture_transform",
 };
 
 static bool has_extension(const char *name)

@@ -131,6 +131,9 @@ static void mark_images(clast_gltf *gltf, bool *used)
         mark_slot(gltf, &material, "normalTexture", used);
         mark_slot(gltf, &material, "occlusionTexture", used);
         mark_slot(gltf, &material, "emissiveTexture", used);
+        clast_gltf_value extensions = clast_gltf_member(&material, "extensions");
+        clast_gltf_value displacement = clast_gltf_member(&extensions, "KHR_materials_displacement");
+        mark_slot(gltf, &displacement, "displacementGeometryTexture", used);
     }
 }
 

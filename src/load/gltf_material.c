@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials (section 3.9), with KHR_texture_transform and KHR_materials_emissive_strength.
+// Materials (section 3.9), with KHR_texture_transform, KHR_materials_emissive_strength and KHR_materials_displacement.
 #include <float.h>
 #include <string.h>
 
 #include "load/gltf.h"
 
-enum { SLOT_COUNT = 5 };
+enum { SLOT_COUNT = 6 };
 
 static void read_transform(clast_gltf *gltf, const clast_gltf_value *object, clast_texture_slot *slot)
 {
@@ -79,6 +79,24 @@ static void read_emissive(clast_gltf *gltf, const clast_gltf_value *material, cl
     }
 }
 
+// Heights are texel * factor + offset, along the normals. Without a texture there is nothing to displace by.
+static void read_displacement(clast_gltf *gltf, const clast_gltf_value *material, clast_material_desc *desc)
+{
+    clast_gltf_value extensions;
+    clast_gltf_value displacement = clast_gltf_extension(gltf, material, &extensions, "KHR_materials_displacement");
+    if (displacement.json == NULL) {
+        return;
+    }
+    read_slot(gltf, &displacement, "displacementGeometryTexture", &desc->displacement_texture, NULL, 0.0f, 0.0f, NULL);
+    desc->displacement_scale = clast_gltf_number(gltf, &displacement, "displacementGeometryFactor", -FLT_MAX, FLT_MAX,
+                                                 1.0f);
+    desc->displacement_offset = clast_gltf_number(gltf, &displacement, "displacementGeometryOffset", -FLT_MAX, FLT_MAX,
+                                                  0.0f);
+    if (clast_gltf_ok(gltf) && desc->displacement_texture.texture == CLAST_NONE) {
+        clast_gltf_warn(gltf, &displacement, "no texture that can be read: the surface is not displaced");
+    }
+}
+
 static void read_material(clast_gltf *gltf, const clast_gltf_value *value, clast_material_desc *desc)
 {
     clast_gltf_value reflectance = clast_gltf_object(gltf, value, "pbrMetallicRoughness");
@@ -96,6 +114,7 @@ static void read_material(clast_gltf *gltf, const clast_gltf_value *value, clast
               &desc->occlusion_strength);
     read_slot(gltf, value, "emissiveTexture", &desc->emissive_texture, NULL, 0.0f, 0.0f, NULL);
     read_emissive(gltf, value, desc);
+    read_displacement(gltf, value, desc);
     desc->alpha_mode = read_alpha_mode(gltf, value);
     desc->alpha_cutoff = clast_gltf_number(gltf, value, "alphaCutoff", 0.0f, FLT_MAX, 0.5f);
     desc->double_sided = clast_gltf_flag(gltf, value, "doubleSided", false);
@@ -107,7 +126,8 @@ static bool map_sets(clast_gltf *gltf, const clast_gltf_value *value, clast_mate
                      clast_gltf_material *made)
 {
     clast_texture_slot *slots[SLOT_COUNT] = {&desc->base_colour_texture, &desc->metallic_roughness_texture,
-                                             &desc->normal_texture, &desc->occlusion_texture, &desc->emissive_texture};
+                                             &desc->normal_texture,      &desc->occlusion_texture,
+                                             &desc->emissive_texture,    &desc->displacement_texture};
     uint32_t used[SLOT_COUNT], count = 0, largest = 0;
     for (size_t i = 0; i < SLOT_COUNT; i++) {
         if (slots[i]->texture == CLAST_NONE) {

@@ -543,11 +543,30 @@ static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, cons
         gltf, clast_scene_adopt_mesh(gltf->scene, &made.mesh, made.blocks, made.block_count, name, geometry));
 }
 
+// Where a primitive of a mesh is displaced, its primitives become one geometry, so that the surface stays whole between
+// them: the first entry has it, the others draw nothing. What moves by itself stays as it is.
+static bool join_displaced(clast_gltf *gltf, uint32_t *geometries, size_t count, size_t first)
+{
+    clast_scene *scene = gltf->scene;
+    bool is_displaced = false;
+    for (size_t i = first; i < scene->geometry_count; i++) {
+        is_displaced = is_displaced || clast_mesh_is_displaced(scene, &scene->geometries[i].of.mesh);
+    }
+    if (!is_displaced || scene->geometry_count - first < 2) {
+        return true;
+    }
+    for (size_t i = 0, joined = 0; i < count; i++) {
+        joined += geometries[i] != CLAST_NONE;
+        geometries[i] = joined == 1 ? geometries[i] : CLAST_NONE;
+    }
+    return clast_gltf_check(gltf, clast_scene_join_meshes(scene, first));
+}
+
 static bool read_primitives(clast_gltf *gltf, uint32_t mesh, const clast_gltf_value *value,
                             const clast_gltf_value *primitives, const clast_gltf_pose *pose)
 {
     const char *name = clast_gltf_text(gltf, value, "name");
-    size_t count = clast_gltf_size(primitives);
+    size_t count = clast_gltf_size(primitives), first = gltf->scene->geometry_count;
     if (!clast_gltf_check(gltf, CLAST_RESERVE(gltf->context, gltf->geometries, gltf->geometry_capacity,
                                               gltf->geometry_count + count))) {
         return false;
@@ -561,7 +580,8 @@ static bool read_primitives(clast_gltf *gltf, uint32_t mesh, const clast_gltf_va
             return false;
         }
     }
-    return true;
+    return pose->joints != NULL || has_morph(pose) ||
+           join_displaced(gltf, gltf->geometries + gltf->geometry_count, count, first);
 }
 
 bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose *pose, uint32_t *first, uint32_t *count)

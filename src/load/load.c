@@ -110,7 +110,9 @@ bool clast_is_gltf(const char *path, clast_bytes bytes)
         return clast_fail(scene->context, CLAST_ERROR_UNSUPPORTED,
                           "%s: a scene file cannot be a model of another scene file", path);
     }
-    return load(scene, path, file);
+    size_t first = scene->geometry_count;
+    clast_status status = load(scene, path, file);
+    return status == CLAST_OK ? clast_scene_tessellate_displaced(scene, first) : status;
 }
 
 static clast_status load_path(clast_scene *scene, const char *path, bool within_scene_file)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // MTL libraries. Kd is the base colour, times map_Kd (white where a file sets it to black under a map); Ke and map_Ke
 // emission; d or 1 - Tr the opacity, map_d its map; Pr, Pm, map_Pr, map_Pm roughness and metalness; norm, map_Bump and
-// bump a normal map (a height map is left out with a warning). Without Pr the roughness follows from Ns, by the width
+// bump a normal map; disp and map_disp a height map that displaces the surface, by -mm's base and gain times -bm, as does
+// a map of heights under map_Bump or bump where -mm is given (without, it is left out with a warning: nobody knows how
+// high it is). Without Pr the roughness follows from Ns, by the width
 // of Blinn and Phong's lobe; without Ks as well there is no gloss to describe and it is 1. Without Pm, a black Kd under
 // a coloured Ks is a metal's. All else (Ka, Ni, illum, map_Ka, map_Ks, map_Ns, refl ...) has no counterpart and is
 // passed over.
@@ -9,7 +11,7 @@
 
 #include <math.h>
 
-typedef enum mtl_slot { MAP_KD, MAP_KE, MAP_D, MAP_PR, MAP_PM, MAP_BUMP, MAP_NORM, MAP_COUNT } mtl_slot;
+typedef enum mtl_slot { MAP_KD, MAP_KE, MAP_D, MAP_PR, MAP_PM, MAP_BUMP, MAP_NORM, MAP_DISP, MAP_COUNT } mtl_slot;
 
 // A material as the file has it. Numbers that the file does not give are NaN.
 typedef struct mtl_material {
@@ -133,6 +135,8 @@ static clast_status set_textures(const mtl_reader *reader, clast_material_desc *
     clast_mtl *library = reader->library;
     const clast_mtl_map *maps = reader->material.maps;
     const clast_mtl_map *normals = &maps[maps[MAP_NORM].path != NULL ? MAP_NORM : MAP_BUMP];
+    bool is_bump = maps[MAP_DISP].path == NULL && maps[MAP_BUMP].has_range;
+    const clast_mtl_map *heights = &maps[is_bump ? MAP_BUMP : MAP_DISP];
     clast_status status = clast_mtl_texture(library, CLAST_MTL_COLOUR, &maps[MAP_KD], &maps[MAP_D],
                                             &desc->base_colour_texture);
     if (status == CLAST_OK) {
@@ -146,6 +150,12 @@ static clast_status set_textures(const mtl_reader *reader, clast_material_desc *
         status = clast_mtl_texture(library, maps[MAP_NORM].path != NULL ? CLAST_MTL_NORMALS : CLAST_MTL_BUMPS, normals,
                                    NULL, &desc->normal_texture);
         desc->normal_scale = normals->path != NULL ? normals->multiplier : 1.0f;
+    }
+    if (status == CLAST_OK && heights->path != NULL) {
+        status = clast_mtl_texture(library, is_bump ? CLAST_MTL_BUMP_HEIGHTS : CLAST_MTL_HEIGHTS, heights, NULL,
+                                   &desc->displacement_texture);
+        desc->displacement_scale = heights->gain * heights->multiplier;
+        desc->displacement_offset = heights->base * heights->multiplier;
     }
     return status;
 }
@@ -260,7 +270,13 @@ static bool read_option(mtl_reader *reader, clast_word option, clast_mtl_map *ma
         to[1] = count > 1 ? values[1] : to[1];
         return count > 0;
     }
-    if (clast_word_is(option, "-t") || clast_word_is(option, "-mm") || clast_word_is(option, "-boost")) {
+    if (clast_word_is(option, "-mm")) {
+        map->has_range = read_vector(reader, values) >= 2;
+        map->base = map->has_range ? values[0] : map->base;
+        map->gain = map->has_range ? values[1] : map->gain;
+        return map->has_range;
+    }
+    if (clast_word_is(option, "-t") || clast_word_is(option, "-boost")) {
         return read_vector(reader, values) > 0;
     }
     for (size_t i = 0; i < sizeof with_word / sizeof with_word[0]; i++) {
@@ -275,7 +291,7 @@ static bool read_option(mtl_reader *reader, clast_word option, clast_mtl_map *ma
 static clast_status read_map(mtl_reader *reader, clast_mtl_map *map)
 {
     clast_free(reader->context, map->path);
-    *map = (clast_mtl_map){.scale = {1.0f, 1.0f}, .multiplier = 1.0f};
+    *map = (clast_mtl_map){.scale = {1.0f, 1.0f}, .multiplier = 1.0f, .gain = 1.0f};
     clast_word name = {NULL, 0};
     while (!clast_line_is_over(&reader->text) ||
            (name.begin != NULL && reader->text.at < reader->text.end && *reader->text.at == '#')) {
@@ -324,8 +340,9 @@ static clast_status read_line(mtl_reader *reader)
         const char *keyword;
         mtl_slot slot;
     } maps[] = {
-        {"map_Kd", MAP_KD},     {"map_Ke", MAP_KE}, {"map_d", MAP_D},   {"map_Pr", MAP_PR},   {"map_Pm", MAP_PM},
-        {"map_Bump", MAP_BUMP}, {"bump", MAP_BUMP}, {"norm", MAP_NORM}, {"map_Kn", MAP_NORM},
+        {"map_Kd", MAP_KD},   {"map_Ke", MAP_KE},     {"map_d", MAP_D},       {"map_Pr", MAP_PR},
+        {"map_Pm", MAP_PM},   {"map_Bump", MAP_BUMP}, {"bump", MAP_BUMP},     {"norm", MAP_NORM},
+        {"map_Kn", MAP_NORM}, {"disp", MAP_DISP},     {"map_disp", MAP_DISP},
     };
     if (clast_line_is_over(&reader->text)) {
         return CLAST_OK;

@@ -37,6 +37,8 @@ typedef struct clast_mtl_map {
     char *path; // null: none; beside the library
     float offset[2], scale[2];
     float multiplier; // -bm
+    float base, gain; // -mm
+    bool has_range;   // base and gain are given
     bool clamp;
 } clast_mtl_map;
 
@@ -45,6 +47,8 @@ typedef enum clast_mtl_texture_use {
     CLAST_MTL_ROUGHNESS_METAL, // the first map becomes green, the second blue; white where there is none
     CLAST_MTL_NORMALS,         // the first map
     CLAST_MTL_BUMPS,           // the first map, if it holds normals
+    CLAST_MTL_HEIGHTS,         // the first map
+    CLAST_MTL_BUMP_HEIGHTS,    // the first map, if it holds heights
 } clast_mtl_texture_use;
 
 // Makes the texture, or finds one made before, and fills the slot. The slot's texture is CLAST_NONE where a file could

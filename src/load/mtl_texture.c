@@ -111,8 +111,12 @@ static clast_status make_image(clast_context *context, clast_mtl_texture_use use
     if (status == CLAST_OK && any && (use == CLAST_MTL_ROUGHNESS_METAL || images[1].pixels != NULL)) {
         status = pack(context, use, &images[0], &images[1], image);
     } else if (status == CLAST_OK && use == CLAST_MTL_BUMPS && any && !has_colours(&images[0])) {
-        clast_log(context, CLAST_LOG_WARNING, "a texture is left out: %s: holds heights, not normals", first->path);
-    } else if (status == CLAST_OK) {
+        if (!first->has_range) { // else it displaces
+            clast_log(context, CLAST_LOG_WARNING,
+                      "a texture is left out: %s: holds heights, not normals; -mm BASE GAIN would displace by it",
+                      first->path);
+        }
+    } else if (status == CLAST_OK && !(use == CLAST_MTL_BUMP_HEIGHTS && any && has_colours(&images[0]))) {
         *image = images[0];
         images[0] = (clast_image){0};
     }

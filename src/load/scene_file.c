@@ -170,10 +170,113 @@ static char *path_of(scene_reader *reader, const clast_json_place *place)
     return path;
 }
 
+// ------------------------------------------------------------------------------------------------------- displacement
+
+// The displacement of a model's materials, for files that cannot say it.
+typedef struct model_displacement {
+    bool given;
+    clast_texture_use use;
+    float scale, offset;
+} model_displacement;
+
+static model_displacement read_displacement(scene_reader *reader, const clast_json_place *object)
+{
+    static const clast_json_choice wraps[] = {CLAST_WRAP_LIST(CLAST_JSON_CHOICE)};
+    clast_json *json = &reader->json;
+    model_displacement displacement = {.use = {.texture = CLAST_NONE, .scale = {{1.0f, 1.0f}}}, .scale = 1.0f};
+    if (!clast_json_object(json, object, "image scale offset coordinate_set repeat wrap")) {
+        return displacement;
+    }
+    uint32_t wrap = CLAST_WRAP_REPEAT;
+    clast_json_place image = clast_json_member(object, "image");
+    clast_json_place place = clast_json_member(object, "scale");
+    clast_json_float(json, &place, -HUGE_VAL, HUGE_VAL, &displacement.scale);
+    place = clast_json_member(object, "offset");
+    clast_json_float(json, &place, -HUGE_VAL, HUGE_VAL, &displacement.offset);
+    place = clast_json_member(object, "coordinate_set");
+    clast_json_uint(json, &place, 0, 1, &displacement.use.coordinate_set);
+    place = clast_json_member(object, "repeat");
+    clast_json_vector(json, &place, displacement.use.scale.v, 2);
+    place = clast_json_member(object, "wrap");
+    clast_json_choose(json, &place, wraps, COUNT(wraps), &wrap);
+    char *path = path_of(reader, &image);
+    clast_image pixels;
+    clast_texture texture = {.wrap_u = (clast_wrap)wrap, .wrap_v = (clast_wrap)wrap};
+    if (path != NULL && json->status == CLAST_OK) {
+        clast_json_check(json, &image, clast_image_read(json->context, path, &pixels));
+    }
+    if (path != NULL && json->status == CLAST_OK) {
+        clast_json_check(json, &image, clast_scene_adopt_image(reader->scene, &pixels, path, &texture.image));
+    }
+    if (path != NULL && json->status == CLAST_OK) {
+        clast_json_check(json, &image, clast_scene_add_texture(reader->scene, &texture, &displacement.use.texture));
+    }
+    clast_free(json->context, path);
+    displacement.given = json->status == CLAST_OK;
+    return displacement;
+}
+
+static void displace(clast_scene *scene, uint32_t material, const model_displacement *displacement)
+{
+    clast_material *record = &scene->materials[material].record;
+    record->displacement_texture = displacement->use;
+    record->displacement_scale = displacement->scale;
+    record->displacement_offset = displacement->offset;
+    scene->material_version++;
+}
+
+// Displaces the materials from `first_material` on, and meshes without material by one of their own.
+static void displace_model(scene_reader *reader, const clast_json_place *place, size_t first_geometry,
+                           size_t first_material, const model_displacement *displacement)
+{
+    clast_scene *scene = reader->scene;
+    uint32_t plain = CLAST_NONE;
+    size_t end = scene->material_count;
+    for (size_t i = first_material; i < end; i++) {
+        displace(scene, (uint32_t)i, displacement);
+    }
+    for (size_t i = first_geometry; i < scene->geometry_count; i++) {
+        clast_mesh *mesh = &scene->geometries[i].of.mesh;
+        if (!clast_geometry_is_mesh(&scene->geometries[i]) || mesh->triangle_materials != NULL || mesh->material != 0) {
+            continue;
+        }
+        if (plain == CLAST_NONE) {
+            clast_material_desc desc = clast_material_defaults();
+            clast_json_check(&reader->json, place, clast_scene_add_material(scene, &desc, NULL, &plain));
+            if (reader->json.status != CLAST_OK) {
+                return;
+            }
+            displace(scene, plain, displacement);
+        }
+        mesh->material = plain;
+    }
+}
+
+// How the meshes of a model are tessellated: those that are displaced, all, or none.
+static void tessellate_model(scene_reader *reader, const clast_json_place *model, size_t first_geometry)
+{
+    clast_json *json = &reader->json;
+    clast_scene *scene = reader->scene;
+    clast_tessellation tessellation = {.curved = false};
+    bool wanted = true;
+    clast_json_place tessellated = clast_json_member(model, "tessellated");
+    clast_json_place curved = clast_json_member(model, "curved");
+    clast_json_bool(json, &tessellated, &wanted);
+    clast_json_bool(json, &curved, &tessellation.curved);
+    bool all = wanted && (tessellated.value != NULL || tessellation.curved);
+    for (size_t i = first_geometry; i < scene->geometry_count && json->status == CLAST_OK; i++) {
+        const clast_geometry *geometry = &scene->geometries[i];
+        if (clast_geometry_is_mesh(geometry) && (all || geometry->tessellated)) {
+            clast_json_check(json, model,
+                             clast_scene_set_tessellation(scene, (uint32_t)i, wanted ? &tessellation : NULL));
+        }
+    }
+}
+
 static void read_model(scene_reader *reader, const clast_json_place *model)
 {
     clast_json *json = &reader->json;
-    if (!clast_json_object(json, model, "path translation rotation scale copies")) {
+    if (!clast_json_object(json, model, "path translation rotation scale copies displacement tessellated curved")) {
         return;
     }
     uint32_t copies = 1;
@@ -181,10 +284,21 @@ static void read_model(scene_reader *reader, const clast_json_place *model)
     clast_json_place copies_place = clast_json_member(model, "copies");
     clast_json_place path_place = clast_json_member(model, "path");
     clast_json_uint(json, &copies_place, 1, UINT32_MAX, &copies);
+    clast_json_place displacement_place = clast_json_member(model, "displacement");
+    model_displacement displacement = read_displacement(reader, &displacement_place);
     char *path = path_of(reader, &path_place);
     if (path != NULL && json->status == CLAST_OK) {
         scene_mark from = mark(reader->scene);
+        size_t first_geometry = reader->scene->geometry_count, first_material = reader->scene->material_count;
         clast_json_check(json, model, clast_load_model(reader->scene, path));
+        if (json->status == CLAST_OK && displacement.given) {
+            displace_model(reader, &displacement_place, first_geometry, first_material, &displacement);
+            clast_json_check(json, &displacement_place,
+                             clast_scene_tessellate_displaced(reader->scene, first_geometry));
+        }
+        if (json->status == CLAST_OK) {
+            tessellate_model(reader, model, first_geometry);
+        }
         if (json->status == CLAST_OK) {
             place(reader, model, from, transform);
         }

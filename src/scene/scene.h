@@ -117,6 +117,14 @@ float *clast_mesh_tangents(clast_context *context, const clast_mesh *mesh);
 // Area-weighted vertex normals of an indexed mesh, a block of clast_allocate.
 float *clast_mesh_normals(clast_context *context, const clast_mesh *mesh);
 
+// Whether a material of a mesh displaces it.
+bool clast_mesh_is_displaced(const clast_scene *scene, const clast_mesh *mesh);
+// Has the meshes from geometry `first` on tessellated that a material displaces.
+clast_status clast_scene_tessellate_displaced(clast_scene *scene, size_t first);
+// Makes one mesh, geometry `first`, of all geometries from there on: meshes that nothing shows yet. A tessellated surface is
+// whole only within one mesh. Attributes that only some of the parts have are filled in.
+clast_status clast_scene_join_meshes(clast_scene *scene, size_t first);
+
 // The camera that settings name ("" is the first of the scene, or a default one), as a record for width x height pixels.
 clast_status clast_scene_choose_camera(clast_scene *scene, const char *text, uint32_t width, uint32_t height,
                                        clast_camera *camera);
