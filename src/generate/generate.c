@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "generate/canyon.h"
+#include "generate/cloister.h"
 
 static const struct {
     const char *name, *text;
@@ -15,6 +16,9 @@ static const struct {
     {"canyon",
      "an old sanctuary in a desert canyon: cliffs, boulders, a colonnade and a carved ring around an armillary sphere",
      clast_generate_canyon},
+    {"cloister",
+     "a paved yard with carved globes, rings, logs and rough walls: a few thousand triangles under height maps of 16 bits",
+     clast_generate_cloister},
 };
 enum { SCENES = sizeof scenes / sizeof scenes[0] };
 

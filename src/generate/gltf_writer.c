@@ -9,6 +9,8 @@
 #define TEXT(number) TEXT_OF(number)
 #define GENERATOR "clast " TEXT(CLAST_VERSION_MAJOR) "." TEXT(CLAST_VERSION_MINOR) "." TEXT(CLAST_VERSION_PATCH)
 
+static const char DISPLACEMENT[] = "KHR_materials_displacement";
+
 // What each stream is, as glTF says it (5126 float, 5123 unsigned short, 5125 unsigned int).
 static const struct {
     const char *file, *attribute, *type;
@@ -107,6 +109,14 @@ uint32_t clast_gltf_add_material(clast_gltf_writer *writer, const clast_gltf_mat
         json_t *normal = texture_reference(writer, material->normal_image);
         set(writer, normal, "scale", json_real((double)material->normal_scale));
         set(writer, object, "normalTexture", normal);
+    }
+    if (material->displacement_image != NULL) {
+        json_t *displacement = json_pack("{s:o, s:f, s:f}", "displacementGeometryTexture",
+                                         texture_reference(writer, material->displacement_image),
+                                         "displacementGeometryFactor", (double)material->displacement_factor,
+                                         "displacementGeometryOffset", (double)material->displacement_offset);
+        set(writer, object, "extensions", json_pack("{s:o}", DISPLACEMENT, displacement));
+        writer->displaces = true;
     }
     if (material->double_sided) {
         set(writer, object, "doubleSided", json_true());
@@ -255,6 +265,9 @@ static json_t *document(clast_gltf_writer *writer)
     json_t *roots = json_array(), *buffers = json_array(), *views = json_array();
     for (size_t i = 0; i < json_array_size(writer->nodes); i++) {
         append(writer, roots, json_integer((json_int_t)i));
+    }
+    if (writer->displaces) {
+        set(writer, root, "extensionsUsed", json_pack("[s]", DISPLACEMENT));
     }
     set(writer, root, "scenes", json_pack("[{s:s, s:o}]", "name", writer->name, "nodes", roots));
     set(writer, root, "nodes", json_incref(writer->nodes));

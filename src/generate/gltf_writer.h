@@ -38,6 +38,8 @@ typedef struct clast_gltf_material {
     const char *roughness_image;
     const char *normal_image;
     float colour[3]; // linear, factor
+    const char *displacement_image;
+    float displacement_factor, displacement_offset; // metres = texel * factor + offset
 } clast_gltf_material;
 
 typedef struct clast_gltf_writer {
@@ -49,6 +51,7 @@ typedef struct clast_gltf_writer {
     json_t *accessors, *meshes, *nodes, *materials, *textures, *images, *cameras;
     json_t *extras; // of the whole; the writer's once set
     bool failed;    // jansson could not allocate
+    bool displaces; // a material does
     // The primitive under way.
     json_t *primitives;
     uint64_t first_byte[CLAST_GLTF_STREAMS];

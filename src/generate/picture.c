@@ -63,6 +63,26 @@ static void write_png(clast_outputs *outputs, const char *name, uint32_t width, 
     png_destroy_write_struct(&png, &information);
 }
 
+// x^(5/12), from square roots and Newton's cube root: no library's rounding decides a pixel.
+static double power_five_twelfths(double x)
+{
+    double s = sqrt(x), cube = 0.3 + 0.7 * s;
+    for (int i = 0; i < 24; i++) {
+        cube -= (cube * cube * cube - s) / (3.0 * cube * cube);
+    }
+    return sqrt(s) * cube;
+}
+
+// IEC 61966-2-1.
+void clast_make_gamma(uint8_t table[CLAST_GAMMA_STEPS])
+{
+    for (uint32_t i = 0; i < CLAST_GAMMA_STEPS; i++) {
+        double x = (double)i / (CLAST_GAMMA_STEPS - 1);
+        double y = x <= 0.0031308 ? 12.92 * x : 1.055 * power_five_twelfths(x) - 0.055;
+        table[i] = (uint8_t)(y * 255.0 + 0.5);
+    }
+}
+
 void clast_picture_write(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height,
                          const uint8_t *pixels)
 {

@@ -6,6 +6,16 @@
 #include "generate/outputs.h"
 #include "shared/dialect.h"
 
+enum { CLAST_GAMMA_STEPS = 4096 };
+
+// sRGB bytes of CLAST_GAMMA_STEPS linear values from 0 to 1; the same on every machine.
+void clast_make_gamma(uint8_t table[CLAST_GAMMA_STEPS]);
+
+static inline uint8_t clast_gamma_byte(const uint8_t *table, float linear)
+{
+    return table[(uint32_t)(clamp1(linear, 0.0f, 1.0f) * (CLAST_GAMMA_STEPS - 1) + 0.5f)];
+}
+
 // Writes 8-bit RGB rows.
 void clast_picture_write(clast_outputs *outputs, const char *name, uint32_t width, uint32_t height,
                          const uint8_t *pixels);

@@ -128,30 +128,8 @@ typedef struct painting {
     uint32_t size, seed;
     float *heights;
     uint8_t *colours, *roughness, *normals;
-    const uint8_t *gamma; // of GAMMA_STEPS linear values
+    const uint8_t *gamma; // clast_make_gamma's
 } painting;
-
-enum { GAMMA_STEPS = 4096 };
-
-// x^(5/12), from square roots and Newton's cube root: no library's rounding decides a pixel.
-static double power_five_twelfths(double x)
-{
-    double s = sqrt(x), cube = 0.3 + 0.7 * s;
-    for (int i = 0; i < 24; i++) {
-        cube -= (cube * cube * cube - s) / (3.0 * cube * cube);
-    }
-    return sqrt(s) * cube;
-}
-
-// IEC 61966-2-1.
-static void make_gamma(uint8_t *table)
-{
-    for (uint32_t i = 0; i < GAMMA_STEPS; i++) {
-        double x = (double)i / (GAMMA_STEPS - 1);
-        double y = x <= 0.0031308 ? 12.92 * x : 1.055 * power_five_twelfths(x) - 0.055;
-        table[i] = (uint8_t)(y * 255.0 + 0.5);
-    }
-}
 
 static uint8_t to_byte(float x)
 {
@@ -169,8 +147,7 @@ static void paint_rows(void *data, size_t begin, size_t end, uint32_t worker)
             size_t at = y * w->size + x;
             w->heights[at] = t.height;
             for (int c = 0; c < 3; c++) {
-                w->colours[3 * at + (size_t)c] =
-                    w->gamma[(uint32_t)(clamp1(t.colour[c], 0.0f, 1.0f) * (GAMMA_STEPS - 1) + 0.5f)];
+                w->colours[3 * at + (size_t)c] = clast_gamma_byte(w->gamma, t.colour[c]);
             }
             w->roughness[3 * at] = 255; // no occlusion
             w->roughness[3 * at + 1] = to_byte(t.roughness);
@@ -215,8 +192,8 @@ void clast_write_textures(clast_outputs *outputs, clast_texture_kind kind, uint3
 {
     clast_context *context = outputs->context;
     size_t count = (size_t)size * size;
-    uint8_t gamma[GAMMA_STEPS];
-    make_gamma(gamma);
+    uint8_t gamma[CLAST_GAMMA_STEPS];
+    clast_make_gamma(gamma);
     painting w = {.kind = kind, .size = size, .seed = hash2(seed, 700 + (uint)kind), .gamma = gamma};
     w.heights = clast_allocate(context, count, sizeof *w.heights);
     w.colours = clast_allocate(context, count, 3);
