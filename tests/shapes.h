@@ -85,6 +85,37 @@ static inline uint32_t shape_add_sphere(clast_context *context, clast_scene *sce
     return geometry;
 }
 
+// Bumps of 8-bit heights, 16 x 16 texels, the same at both sides and all along the upper and lower one: around a sphere, they
+// meet.
+static inline uint32_t shape_add_bumps(clast_context *context, clast_scene *scene)
+{
+    enum { SIDE = 16 };
+    uint8_t texels[SIDE * SIDE];
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+        float x = (float)(i % SIDE) / SIDE * 6.2831853f, y = (float)(i / SIDE) / SIDE * 6.2831853f;
+        float waves = i / SIDE >= SIDE / 4 && i / SIDE < 3 * SIDE / 4 ? sinf(2.0f * x) * cosf(y) : 0.0f;
+        texels[i] = (uint8_t)(127.5f + 80.0f * waves + 40.0f * cosf(3.0f * y));
+    }
+    clast_image image = {SIDE, SIDE, 1, CLAST_PIXEL_UNORM8, texels};
+    clast_texture texture = {0, CLAST_WRAP_REPEAT, CLAST_WRAP_REPEAT, CLAST_FILTER_LINEAR};
+    uint32_t number = CLAST_NONE;
+    assert_ok(context, clast_scene_add_image(scene, &image, "bumps", &texture.image));
+    assert_ok(context, clast_scene_add_texture(scene, &texture, &number));
+    return number;
+}
+
+// Tessellates a mesh, and displaces whatever has `material` by bumps of this height.
+static inline void shape_displace(clast_context *context, clast_scene *scene, uint32_t geometry, uint32_t material,
+                                  float height)
+{
+    clast_material_desc desc = clast_material_defaults();
+    desc.displacement_texture.texture = shape_add_bumps(context, scene);
+    desc.displacement_scale = height;
+    desc.displacement_offset = -0.25f * height;
+    assert_ok(context, clast_scene_set_material(scene, material, &desc));
+    assert_ok(context, clast_scene_set_tessellation(scene, geometry, &(clast_tessellation){false}));
+}
+
 static inline uint32_t shape_add_wave(clast_context *context, clast_scene *scene, uint32_t tiles)
 {
     clast_wave wave = {

@@ -253,6 +253,7 @@ clast_status clast_scene_set_tessellation(clast_scene *scene, uint32_t number, c
         return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "geometry %u is no mesh of the scene", number);
     }
     clast_geometry *geometry = &scene->geometries[number];
+    geometry->kind = tessellation != NULL ? CLAST_SOURCE_DISPLACED : CLAST_SOURCE_CLUSTERS;
     geometry->tessellated = tessellation != NULL;
     geometry->tessellation = tessellation != NULL ? *tessellation : (clast_tessellation){0};
     geometry->version++;

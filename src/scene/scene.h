@@ -99,7 +99,7 @@ struct clast_scene {
 
 static inline bool clast_geometry_is_mesh(const clast_geometry *geometry)
 {
-    return geometry->kind == CLAST_SOURCE_CLUSTERS;
+    return geometry->kind == CLAST_SOURCE_CLUSTERS || geometry->kind == CLAST_SOURCE_DISPLACED;
 }
 
 // A mesh with arrays that the scene takes over: blocks[] are freed with the scene, also where this call fails. Arrays that

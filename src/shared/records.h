@@ -72,8 +72,9 @@ RECORD(clast_surface_point)
 {
     uint primitive;       // the source's own: base triangle, patch or tile
     packed2 coordinates;  // barycentrics of the base triangle's second and third corner, or a patch's (u, v)
+    float level;          // of a displacement map there; 0 where there is none
 };
-RECORD_SIZE(clast_surface_point, 12)
+RECORD_SIZE(clast_surface_point, 16)
 
 // A texture as a material uses it.
 RECORD(clast_texture_use)

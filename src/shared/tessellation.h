@@ -50,11 +50,11 @@ FN vec3 curved_edge_term(vec3 a, vec3 b, vec3 normal_a, vec3 normal_b, float s, 
 
 // Of a triangle's corners and their unit normals. On an edge the third corner's terms are zero, and both triangles add the same
 // numbers, in pairs.
-FN vec3 curved_point(vec3 p[3], vec3 n[3], clast_weights at)
+FN vec3 curved_position(const vec3 p[3], const vec3 n[3], vec3 weights)
 {
-    float a = to_float(at.of[0]) * power_of_two(112u);
-    float b = to_float(at.of[1]) * power_of_two(112u);
-    float c = to_float(at.of[2]) * power_of_two(112u);
+    float a = weights[0];
+    float b = weights[1];
+    float c = weights[2];
     vec3 corners = (p[0] * (a * a * a) + p[1] * (b * b * b)) + p[2] * (c * c * c);
     vec3 edges = (curved_edge_term(p[0], p[1], n[0], n[1], a, b) + curved_edge_term(p[1], p[2], n[1], n[2], b, c)) +
                  curved_edge_term(p[2], p[0], n[2], n[0], c, a);
@@ -63,6 +63,12 @@ FN vec3 curved_point(vec3 p[3], vec3 n[3], clast_weights at)
                   (curved_edge(p[2], p[0], n[2]) + curved_edge(p[0], p[2], n[0]));
     vec3 centre = around * 0.25f - (p[0] + p[1] + p[2]) * 0.166666667f;
     return (corners + edges * 3.0f) + centre * (6.0f * a * b * c);
+}
+
+FN vec3 curved_point(const vec3 p[3], const vec3 n[3], clast_weights at)
+{
+    vec3 weights = vec3(to_float(at.of[0]), to_float(at.of[1]), to_float(at.of[2]));
+    return curved_position(p, n, weights * power_of_two(112u));
 }
 
 // ---------------------------------------------------------------------------------------------------------------- view
@@ -324,7 +330,10 @@ FN clast_weights weights_of_middle(clast_weights a, clast_weights b)
     return weights_within(a, b, b, half_way);
 }
 
-// The corner that has all the weight, the edge that a point lies on, or neither: 0 to 2, 3 + 0 to 2, 6.
+LIMIT(WEIGHTS_EDGE, 3u, "the place of points on edge 0")
+LIMIT(WEIGHTS_INSIDE, 6u, "the place of points on no edge")
+
+// The corner that has all the weight, WEIGHTS_EDGE and the edge that a point lies on, or WEIGHTS_INSIDE.
 FN uint weights_place(clast_weights at)
 {
     bool zero[3];
@@ -333,8 +342,8 @@ FN uint weights_place(clast_weights at)
     }
     uint corner = !zero[0] ? 0u : !zero[1] ? 1u : 2u;
     uint count = (zero[0] ? 1u : 0u) + (zero[1] ? 1u : 0u) + (zero[2] ? 1u : 0u);
-    uint edge = zero[2] ? 3u : zero[0] ? 4u : 5u;
-    return count >= 2u ? corner : count == 1u ? edge : 6u;
+    uint edge = zero[2] ? 0u : zero[0] ? 1u : 2u;
+    return count >= 2u ? corner : count == 1u ? WEIGHTS_EDGE + edge : WEIGHTS_INSIDE;
 }
 
 #endif

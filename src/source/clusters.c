@@ -446,8 +446,8 @@ static clast_surface_point locate(const clast_unit *unit, const clast_pose *pose
     (void)pose;
     const clusters_unit *clusters = clusters_of(unit);
     return (clast_surface_point){
-        clusters->triangles[clusters->clusters[record->item].first_triangle + triangle],
-        store2(barycentrics),
+        .primitive = clusters->triangles[clusters->clusters[record->item].first_triangle + triangle],
+        .coordinates = store2(barycentrics),
     };
 }
 

@@ -267,8 +267,8 @@ static void emit_item(void *data, size_t begin, size_t end, uint32_t worker)
         uint32_t first = job->expected->firsts[item];
         clast_source_count count = world->source->count(world->unit, &kind_poses[1], &kind_views[0], (uint32_t)item);
         world->source->emit(world->unit, &kind_poses[1], &kind_views[0], (uint32_t)item,
-                            job->expected->records[first].first_vertex, job->expected->records[first].first_word,
-                            job->got.words + job->expected->records[first].first_word, job->got.records + first);
+                            job->expected->records[first].first_vertex, job->expected->first_words[item],
+                            job->got.words + job->expected->first_words[item], job->got.records + first);
         for (uint32_t i = first; i < first + count.clusters; i++) {
             if (world->source->resident(world->unit, &job->got.records[i]) == NULL) {
                 world->source->fill(world->unit, &kind_poses[1], &job->got.records[i],
@@ -346,7 +346,7 @@ static void check_primitives(kind_world *world)
             assert_true(value >= box.lower.v[k % 3] && value <= box.upper.v[k % 3]);
         }
         clast_source_surface surface = world->source->evaluate(world->unit, &kind_poses[0],
-                                                               (clast_surface_point){i, {{0.0f, 0.0f}}});
+                                                               (clast_surface_point){.primitive = i});
         assert_true(distance3(surface.position, corners[0]) <= 1e-6f);
         assert_int_equal(surface.material, world->source->primitive_material(world->unit, i));
     }

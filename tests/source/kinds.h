@@ -22,9 +22,18 @@ static inline uint32_t kind_add_wave(clast_context *context, clast_scene *scene)
     return shape_add_wave(context, scene, 3);
 }
 
+// A bumpy sphere: rough maps of few texels, so that triangles of the finest rate follow them.
+static inline uint32_t kind_add_displaced(clast_context *context, clast_scene *scene)
+{
+    uint32_t geometry = shape_add_sphere(context, scene, 12, 7);
+    shape_displace(context, scene, geometry, 0, 0.1f);
+    return geometry;
+}
+
 static const kind_case kind_cases[] = {
     [CLAST_SOURCE_CLUSTERS] = {kind_add_clusters, 1e-5f},
     [CLAST_SOURCE_WAVE] = {kind_add_wave, 0.05f},
+    [CLAST_SOURCE_DISPLACED] = {kind_add_displaced, 0.01f},
 };
 
 typedef struct kind_world {
@@ -96,13 +105,17 @@ typedef struct kind_emission {
     clast_cluster_record *records;
     packed3 *vertices;
     uint32_t *words;
-    uint32_t *firsts; // by item: its first record
+    uint32_t *firsts;      // by item: its first record
+    uint32_t *first_words; // and its first word
     size_t record_count, vertex_count, word_count;
 } kind_emission;
 
 static inline kind_emission kind_emit(const kind_world *world, const clast_pose *pose, const clast_source_view *view)
 {
-    kind_emission all = {.firsts = malloc((world->unit->item_count + 1) * sizeof *all.firsts)};
+    kind_emission all = {
+        .firsts = malloc((world->unit->item_count + 1) * sizeof *all.firsts),
+        .first_words = malloc((world->unit->item_count + 1) * sizeof *all.first_words),
+    };
     for (uint32_t item = 0; item < world->unit->item_count; item++) {
         clast_source_count count = world->source->count(world->unit, pose, view, item);
         all.record_count += count.clusters;
@@ -116,6 +129,7 @@ static inline kind_emission kind_emit(const kind_world *world, const clast_pose 
     for (uint32_t item = 0; item < world->unit->item_count; item++) {
         clast_source_count count = world->source->count(world->unit, pose, view, item);
         all.firsts[item] = (uint32_t)record;
+        all.first_words[item] = (uint32_t)word;
         world->source->emit(world->unit, pose, view, item, (uint32_t)vertex, (uint32_t)word, all.words + word,
                             all.records + record);
         record += count.clusters;
@@ -137,6 +151,7 @@ static inline void kind_emission_free(kind_emission *all)
     free(all->vertices);
     free(all->words);
     free(all->firsts);
+    free(all->first_words);
 }
 
 // The vertices of a record's triangle.

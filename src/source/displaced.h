@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+// Meshes that are cut anew each frame, as finely as they are seen, and displaced by maps. An item is a base cluster: a cooked
+// cluster of the welded mesh. Its triangles become *leaves*: a triangle, or a part of one that was split, with the pattern that
+// its edges' segments ask for. Records are the base cluster as it is, a single leaf, or several small ones.
+//
+// A vertex of the welded mesh and an edge of it have an *owner*, the lowest of the mesh's triangles that have it: whatever
+// texture coordinates and materials meet there, all displace it by the owner's.
+#ifndef CLAST_SOURCE_DISPLACED_H
+#define CLAST_SOURCE_DISPLACED_H
+
+#include "geometry/pattern.h"
+#include "shared/tessellation.h"
+#include "source/displace.h"
+#include "source/mesh.h"
+#include "source/rate.h"
+
+enum {
+    DISPLACED_EDGES = 3 * CLUSTER_TRIANGLES, // most edges of a cluster
+    DISPLACED_NO_SEAM = 0xffff,
+    DISPLACED_NO_MAP = 0, // the first map moves nothing
+};
+
+// A displacement texture as a material uses it.
+typedef struct displaced_map {
+    const clast_height *height; // null for none
+    float scale, offset;        // the height is value * scale + offset
+    uint32_t coordinate_set;
+    vec2 columns[2], moved; // coordinates of the map: columns[0] * u + columns[1] * v + moved
+} displaced_map;
+
+// A vertex of the welded mesh.
+typedef struct displaced_vertex {
+    uint32_t mesh_vertex; // the owner's corner
+    packed3 normal;       // at rest, of unit length or zero
+    packed2 coordinates;  // of its map
+    uint32_t map;
+    float height;          // at rest, where pose.displacement_scale is 1
+    float density_square;  // texels for each length: the least of its triangles
+    float shortest_square; // of its edges
+    uint32_t first_normal; // of what its normal is made of in a pose: up to the next vertex's; none: mesh_vertex's own
+} displaced_vertex;
+
+// What counts for a vertex's normal: a vertex of the mesh or, where that has no normals, a triangle.
+typedef struct displaced_normal {
+    uint32_t number;
+    float weight;
+} displaced_normal;
+
+// Of a cluster. Edge k goes from corner k to corner k + 1.
+typedef struct displaced_triangle {
+    uint32_t
+        corners; // vertices of the cluster, 8 bits each; above them 1 where it is plain: the owners' coordinates and map
+                 // are its own, all around
+    uint32_t
+        edges; // edges of the cluster, 9 bits each; above them a bit for each that it has in the edge's own direction
+} displaced_triangle;
+
+// Its ends are vertices of the cluster; above them stands its seam, counted from the cluster's first.
+typedef clast_rate_edge displaced_edge;
+
+// What the owner of an edge has at its two ends, where a triangle of the cluster has something else.
+typedef struct displaced_seam {
+    packed2 coordinates[2]; // of the map
+    uint32_t map;
+} displaced_seam;
+
+typedef struct displaced_cluster {
+    uint32_t first_triangle;
+    uint32_t triangle_count;
+    uint32_t first_vertex; // into vertex_numbers
+    uint32_t vertex_count;
+    uint32_t first_edge;
+    uint32_t edge_count;
+    uint32_t first_seam;
+    uint32_t template_index;
+} displaced_cluster;
+
+// How texture coordinates of a set grow along the surface at rest, at a vertex of the mesh.
+typedef struct displaced_gradient {
+    packed3 u, v;
+} displaced_gradient;
+
+typedef struct displaced_unit {
+    clast_unit base;
+    const clast_template_set *templates;
+    clast_height_store *heights;
+    const clast_pattern_table *patterns;
+    uint32_t first_pattern; // template of the first pattern
+    bool curved;
+    bool closed;    // each edge has one triangle to each side
+    bool displaced; // some map moves something
+    displaced_cluster *clusters;
+    displaced_triangle *triangles;
+    uint32_t *mesh_triangles; // for each of them
+    uint32_t *vertex_numbers; // into vertices, for each of the clusters' vertices
+    displaced_edge *edges;
+    displaced_seam *seams;
+    displaced_vertex *vertices; // and one more: its first_normal is the end
+    displaced_normal *normals;
+    uint32_t *vertex_of; // by the mesh's vertex: into vertices; CLAST_NONE where no triangle has it
+    displaced_gradient *gradients[2];
+    displaced_map *maps;
+    uint32_t *map_of_material;
+    size_t triangle_count, corner_count, edge_count, seam_count, vertex_count, normal_count, map_count;
+    clast_box rest;    // of the undisplaced surface
+    clast_box reach;   // what displacement adds where pose.displacement_scale is 1
+    float height_most; // the largest height either way, then
+} displaced_unit;
+
+static inline const displaced_unit *clast_displaced_of(const clast_unit *unit)
+{
+    return (const displaced_unit *)unit;
+}
+
+static inline uint32_t displaced_corner(displaced_triangle triangle, uint32_t k)
+{
+    return triangle.corners >> 8 * k & 255;
+}
+
+static inline bool displaced_is_plain(displaced_triangle triangle)
+{
+    return triangle.corners >> 24 != 0;
+}
+
+static inline uint32_t displaced_edge_of(displaced_triangle triangle, uint32_t k)
+{
+    return triangle.edges >> 9 * k & 511;
+}
+
+static inline bool displaced_goes_along(displaced_triangle triangle, uint32_t k)
+{
+    return (triangle.edges >> (27 + k) & 1) != 0;
+}
+
+static inline uint32_t displaced_seam_of(displaced_edge edge)
+{
+    return edge.ends >> 16;
+}
+
+static inline const displaced_vertex *displaced_vertex_of(const displaced_unit *unit, const displaced_cluster *cluster,
+                                                          uint32_t vertex)
+{
+    return &unit->vertices[unit->vertex_numbers[cluster->first_vertex + vertex]];
+}
+
+static inline uint32_t displaced_map_of(const displaced_unit *unit, uint32_t mesh_triangle)
+{
+    return unit->map_of_material[clast_mesh_material(&unit->base.geometry->of.mesh, mesh_triangle)];
+}
+
+// ------------------------------------------------------------------------------------------------------------- cook
+
+clast_status clast_displaced_cook(const clast_cook_job *job, clast_unit **unit);
+void clast_displaced_destroy(clast_unit *unit);
+
+// Coordinates of a map at a vertex of the mesh.
+vec2 clast_displaced_coordinates(const displaced_map *map, const clast_mesh *mesh, uint32_t vertex);
+// The height where pose.displacement_scale is 1.
+float clast_displaced_height(const displaced_map *map, vec2 coordinates, float level);
+
+// --------------------------------------------------------------------------------------------------------- vertices
+
+// Position and normal of a vertex in a pose.
+vec3 clast_displaced_position(const displaced_unit *unit, const clast_pose *pose, const displaced_vertex *vertex);
+vec3 clast_displaced_normal(const displaced_unit *unit, const clast_pose *pose, const displaced_vertex *vertex);
+
+// The box of the surface in a pose where nothing is displaced.
+clast_box clast_displaced_rest_box(const displaced_unit *unit, const clast_pose *pose);
+
+// A triangle with all that its points are blended from.
+typedef struct displaced_face {
+    vec3 positions[3], normals[3];
+    vec2 coordinates[3]; // its own
+    const displaced_map *map;
+    const displaced_vertex *vertices[3];
+    const displaced_seam *seams[3]; // of its edges; null where there is none
+    bool along[3];                  // the edge has the seam's direction
+} displaced_face;
+
+displaced_face clast_displaced_face(const displaced_unit *unit, const clast_pose *pose,
+                                    const displaced_cluster *cluster, uint32_t triangle);
+
+// What displaces a point.
+typedef struct displaced_site {
+    const displaced_map *map;
+    vec2 coordinates;
+} displaced_site;
+
+// Of a point, by its owner: that of a vertex, an edge or the triangle.
+displaced_site clast_displaced_site(const displaced_unit *unit, const displaced_face *face, clast_weights at);
+// The same as part of the edge `place` - 3 or, for WEIGHTS_INSIDE, of the triangle: for what is blended from it.
+displaced_site clast_displaced_site_within(const displaced_unit *unit, const displaced_face *face, clast_weights at,
+                                           uint32_t place);
+// Where it is before it is displaced.
+vec3 clast_displaced_base(const displaced_unit *unit, const displaced_face *face, clast_weights at);
+
+// ------------------------------------------------------------------------------------------------------------ rates
+
+// Of a cluster in a view: segments of its edges, levels of the maps at its vertices.
+typedef struct displaced_rates {
+    uint32_t factors[DISPLACED_EDGES];
+    uint16_t levels[CLUSTER_VERTICES]; // in HEIGHT_LEVEL_STEPS
+} displaced_rates;
+
+clast_rate_view clast_displaced_rate_view(const displaced_unit *unit, const clast_pose *pose,
+                                          const clast_source_view *view);
+void clast_displaced_rates(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                           const displaced_cluster *cluster, displaced_rates *rates);
+
+// The segments, not rounded, that an edge of a cluster is to have.
+float clast_displaced_wanted(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                             const displaced_cluster *cluster, uint32_t edge);
+
+// A corner of a part of a triangle.
+typedef struct displaced_leaf_corner {
+    clast_weights at;
+    uint32_t level; // in HEIGHT_LEVEL_STEPS
+} displaced_leaf_corner;
+
+// The level at a point, and the segments of the edge between two points that splitting made.
+uint32_t clast_displaced_level(const displaced_unit *unit, const clast_rate_view *view, const displaced_face *face,
+                               clast_weights at);
+uint32_t clast_displaced_factor(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                                const displaced_face *face, clast_weights a, clast_weights b);
+
+// ----------------------------------------------------------------------------------------------------------- leaves
+
+// Words of an item: the levels of its cluster's vertices, two in a word, where it is displaced; then of each record how far
+// back these are, the words of its leaves, and five more for each of those that are split.
+typedef struct displaced_leaf {
+    uint32_t triangle; // of the cluster
+    uint32_t factors;  // pattern_factors()
+    bool split;
+    displaced_leaf_corner corners[3]; // where it is split
+} displaced_leaf;
+
+enum {
+    DISPLACED_LEAF_TRIANGLE_BITS = 8,
+    DISPLACED_LEAF_SPLIT_BIT = 20,
+    DISPLACED_LEAF_FIRST_BIT = 21, // its first triangle in the record, 8 bits
+    DISPLACED_SPLIT_WORDS = 5,
+};
+
+static inline uint32_t displaced_level_words(const displaced_unit *unit, const displaced_cluster *cluster)
+{
+    return unit->displaced ? (cluster->vertex_count + 1) / 2 : 0;
+}
+
+// The pattern of a leaf, and the place of its corner k among the leaf's corners: (k + rotation) % 3.
+typedef struct displaced_pattern {
+    const clast_pattern *pattern;
+    uint32_t number;
+    uint32_t rotation;
+} displaced_pattern;
+
+static inline displaced_pattern displaced_pattern_of(const displaced_unit *unit, uint32_t factors)
+{
+    clast_pattern_use use = pattern_use(factors);
+    return (displaced_pattern){&unit->patterns->patterns[use.number], use.number, use.rotation};
+}
+
+// Reads the leaves of a record, and says where each of its vertices and triangles is.
+typedef struct displaced_reader {
+    const displaced_unit *unit;
+    const displaced_cluster *cluster;
+    const uint32_t *words;  // of the leaves
+    const uint32_t *splits; // of the next one that is split
+    const uint32_t *levels; // of the cluster's vertices, two in a word; null where it is not displaced
+    uint32_t leaf_count, next;
+    bool whole; // a single leaf: its vertices lie in the pattern's order
+    uint32_t vertex_count;
+    uint64_t known_vertices[2], known_edges[6];
+    uint8_t first_of_vertex[CLUSTER_VERTICES];
+    uint8_t first_of_edge[DISPLACED_EDGES]; // the first point within
+    uint64_t turned_edges[6];               // the points begin at the edge's second end
+    // of the leaf that was read
+    displaced_leaf leaf;
+    displaced_pattern use;
+    uint32_t first_triangle;
+    uint8_t corner_at[3];  // places of the pattern's vertices in the record:
+    uint8_t edge_at[3];    // the first point within, in the pattern's direction,
+    bool edge_falls[3];    // whose followers have lower places,
+    uint8_t inside_at;     // and the first inside
+    bool corner_is_new[3]; // and what the leaf is the first to have
+    bool edge_is_new[3];
+} displaced_reader;
+
+displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cluster_record *record,
+                                      const uint32_t *words);
+// False where there are no more leaves.
+bool clast_displaced_next(displaced_reader *reader);
+// The place in the record of a vertex of the pattern.
+uint32_t clast_displaced_place(const displaced_reader *reader, uint32_t vertex);
+// The level at a vertex of the cluster, and at a corner of the leaf.
+float clast_displaced_cluster_level(const displaced_reader *reader, uint32_t vertex);
+float clast_displaced_level_of(const displaced_reader *reader, uint32_t corner);
+
+// ------------------------------------------------------------------------------------------------------------- duties
+
+clast_source_count clast_displaced_count(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                                         uint32_t item);
+void clast_displaced_emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
+                          uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records);
+void clast_displaced_fill(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
+                          const uint32_t *words, packed3 *positions);
+void clast_displaced_corners(const clast_unit *unit, const clast_cluster_record *record, const uint32_t *words,
+                             uint8_t corners[3 * TEMPLATE_TRIANGLES]);
+clast_surface_point clast_displaced_locate(const clast_unit *unit, const clast_pose *pose,
+                                           const clast_cluster_record *record, const uint32_t *words, uint32_t triangle,
+                                           vec2 barycentrics);
+float clast_displaced_segments(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                               const clast_cluster_record *record, const uint32_t *words, uint32_t triangle,
+                               vec2 barycentrics);
+clast_source_surface clast_displaced_evaluate(const clast_unit *unit, const clast_pose *pose,
+                                              clast_surface_point point);
+
+#endif

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: Apache-2.0
+// Leaves of displaced meshes, and how they are packed into records. Counting and emitting are one walk: where there is nowhere
+// to write, it counts.
+#include "source/displaced.h"
+
+enum {
+    RECORD_TRIANGLES = 128, // of several leaves
+    SPLITS_DEEPEST = 48,    // a split halves a triangle's area at least, and there are 2^30 units of it
+};
+
+// An item that would come to more than this comes to UINT32_MAX of everything: no frame can hold it.
+static const uint32_t item_triangles_most = 1u << 30;
+
+// A record that still takes leaves.
+typedef struct open_record {
+    uint32_t leaf_count, triangle_count, vertex_count, split_count;
+    uint64_t vertices[2], edges[6]; // of the cluster: which it has already
+    uint32_t leaves[RECORD_TRIANGLES];
+    uint32_t splits[RECORD_TRIANGLES * DISPLACED_SPLIT_WORDS];
+} open_record;
+
+typedef struct walk {
+    const displaced_unit *unit;
+    const clast_pose *pose;
+    const displaced_cluster *cluster;
+    clast_rate_view view;
+    displaced_rates rates;
+    open_record open;
+    clast_source_count count;
+    // null where it only counts
+    clast_cluster_record *records;
+    uint32_t *words;
+    uint32_t item, first_vertex, first_word;
+} walk;
+
+// ---------------------------------------------------------------------------------------------------------- records
+
+static void write_record(walk *w, uint32_t form, uint32_t template_index, const open_record *from)
+{
+    uint32_t words = 1 + from->leaf_count + from->split_count * DISPLACED_SPLIT_WORDS;
+    if (w->records != NULL) {
+        uint32_t *to = w->words + w->count.words;
+        w->records[w->count.clusters] = (clast_cluster_record){
+            .unit = w->unit->base.number,
+            .template_index = template_index,
+            .first_vertex = w->first_vertex + w->count.vertices,
+            .item = w->item,
+            .form_and_counts = form_and_counts(form, from->triangle_count, from->vertex_count),
+            .detail = from->leaf_count,
+            .first_word = w->first_word + w->count.words,
+        };
+        to[0] = w->count.words; // the item's first word is so far back
+        memcpy(to + 1, from->leaves, from->leaf_count * sizeof *to);
+        memcpy(to + 1 + from->leaf_count, from->splits, from->split_count * DISPLACED_SPLIT_WORDS * sizeof *to);
+    }
+    w->count.clusters++;
+    w->count.triangles += from->triangle_count;
+    w->count.vertices += from->vertex_count;
+    w->count.words += words;
+    w->count.blocks += form == FORM_COMPOSITE ? (from->triangle_count + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES : 0;
+}
+
+static void put_leaf(open_record *record, const displaced_leaf *leaf)
+{
+    record->leaves[record->leaf_count++] = leaf->triangle | leaf->factors << DISPLACED_LEAF_TRIANGLE_BITS |
+                                           (uint32_t)leaf->split << DISPLACED_LEAF_SPLIT_BIT |
+                                           record->triangle_count << DISPLACED_LEAF_FIRST_BIT;
+    if (leaf->split) {
+        uint32_t *to = record->splits + record->split_count++ * DISPLACED_SPLIT_WORDS;
+        for (uint32_t k = 0; k < 3; k++) {
+            to[k] = weights_word(leaf->corners[k].at);
+        }
+        to[3] = leaf->corners[0].level | leaf->corners[1].level << 16;
+        to[4] = leaf->corners[2].level;
+    }
+}
+
+static void write_alone(walk *w, const displaced_leaf *leaf, displaced_pattern use)
+{
+    open_record alone;
+    alone.leaf_count = alone.triangle_count = alone.split_count = 0;
+    put_leaf(&alone, leaf);
+    alone.triangle_count = pattern_triangles(*use.pattern);
+    alone.vertex_count = pattern_vertices(*use.pattern);
+    write_record(w, FORM_WHOLE, w->unit->first_pattern + use.number, &alone);
+}
+
+static void clear_record(open_record *record)
+{
+    record->leaf_count = record->triangle_count = record->vertex_count = record->split_count = 0;
+    memset(record->vertices, 0, sizeof record->vertices);
+    memset(record->edges, 0, sizeof record->edges);
+}
+
+// Writes what is open: one leaf as a pattern, several as a composite.
+static void close_record(walk *w)
+{
+    open_record *open = &w->open;
+    if (open->leaf_count == 0) {
+        return;
+    }
+    if (open->leaf_count == 1) {
+        uint32_t factors = open->leaves[0] >> DISPLACED_LEAF_TRIANGLE_BITS & 4095;
+        displaced_pattern use = displaced_pattern_of(w->unit, factors);
+        open->vertex_count = pattern_vertices(*use.pattern);
+        write_record(w, FORM_WHOLE, w->unit->first_pattern + use.number, open);
+    } else {
+        write_record(w, FORM_COMPOSITE, CLAST_NONE, open);
+    }
+    clear_record(open);
+}
+
+static bool take_bit(uint64_t *bits, uint32_t bit)
+{
+    bool had = (bits[bit / 64] >> bit % 64 & 1) != 0;
+    bits[bit / 64] |= 1ull << bit % 64;
+    return had;
+}
+
+// Adds a leaf where it fits: corners and points within edges that the record has already cost nothing.
+static bool add_leaf(open_record *open, const displaced_leaf *leaf, displaced_pattern use, displaced_triangle triangle)
+{
+    uint32_t triangles = pattern_triangles(*use.pattern), vertices = pattern_vertices(*use.pattern);
+    if (open->triangle_count + triangles > RECORD_TRIANGLES) {
+        return false;
+    }
+    uint64_t had_vertices[2], had_edges[6];
+    memcpy(had_vertices, open->vertices, sizeof had_vertices);
+    memcpy(had_edges, open->edges, sizeof had_edges);
+    for (uint32_t k = 0; k < 3 && !leaf->split; k++) {
+        vertices -= take_bit(open->vertices, displaced_corner(triangle, k)) ? 1 : 0;
+        uint32_t within = pattern_factor(leaf->factors, k) - 1;
+        vertices -= take_bit(open->edges, displaced_edge_of(triangle, k)) ? within : 0;
+    }
+    if (open->vertex_count + vertices > TEMPLATE_VERTICES) {
+        memcpy(open->vertices, had_vertices, sizeof had_vertices);
+        memcpy(open->edges, had_edges, sizeof had_edges);
+        return false;
+    }
+    put_leaf(open, leaf);
+    open->triangle_count += triangles;
+    open->vertex_count += vertices;
+    return true;
+}
+
+// Leaves come in the order of the cluster, and small ones gather in a record until one does not fit. The larger of the two then
+// goes on its own: the record while the leaf begins another, or the leaf.
+static void pack_leaf(walk *w, const displaced_leaf *leaf)
+{
+    displaced_pattern use = displaced_pattern_of(w->unit, leaf->factors);
+    displaced_triangle triangle = w->unit->triangles[w->cluster->first_triangle + leaf->triangle];
+    if (add_leaf(&w->open, leaf, use, triangle)) {
+        return;
+    }
+    if (pattern_triangles(*use.pattern) >= w->open.triangle_count) {
+        write_alone(w, leaf, use);
+        return;
+    }
+    close_record(w);
+    add_leaf(&w->open, leaf, use, triangle);
+}
+
+// ----------------------------------------------------------------------------------------------------------- splits
+
+// A triangle that is split, with what its children are made of.
+typedef struct split {
+    displaced_leaf_corner corners[3];
+    uint32_t factors[3];
+    displaced_pattern use;
+    uint32_t next; // child
+} split;
+
+static bool is_small(const uint32_t factors[3])
+{
+    return factors[0] <= PATTERN_SEGMENTS && factors[1] <= PATTERN_SEGMENTS && factors[2] <= PATTERN_SEGMENTS;
+}
+
+static split split_triangle(const displaced_unit *unit, const displaced_leaf_corner corners[3],
+                            const uint32_t factors[3])
+{
+    split result = {
+        .corners = {corners[0], corners[1], corners[2]},
+        .factors = {factors[0], factors[1], factors[2]},
+    };
+    uint32_t key = pattern_factors(edge_splits(factors[0]), edge_splits(factors[1]), edge_splits(factors[2]));
+    result.use = displaced_pattern_of(unit, key);
+    return result;
+}
+
+static displaced_leaf_corner child_corner(const walk *w, const displaced_face *face, const split *parent,
+                                          uint32_t vertex)
+{
+    if (vertex < 3) {
+        return parent->corners[(vertex + parent->use.rotation) % 3];
+    }
+    uint32_t word = w->unit->patterns->vertices[parent->use.pattern->first_vertex + vertex];
+    clast_weights at = pattern_unrotate(weights_of(word), parent->use.rotation);
+    displaced_leaf_corner corner = {
+        weights_within(parent->corners[0].at, parent->corners[1].at, parent->corners[2].at, at), 0};
+    corner.level = clast_displaced_level(w->unit, &w->view, face, corner.at);
+    return corner;
+}
+
+// The next child of a split triangle. An edge that was not split keeps its segments; others ask anew.
+static void next_child(const walk *w, const displaced_face *face, split *parent, displaced_leaf_corner corners[3],
+                       uint32_t factors[3])
+{
+    uint32_t word = w->unit->patterns->triangles[parent->use.pattern->first_triangle + parent->next++];
+    uint32_t vertices[3];
+    for (uint32_t k = 0; k < 3; k++) {
+        vertices[k] = word >> 8 * k & 255;
+        corners[k] = child_corner(w, face, parent, vertices[k]);
+    }
+    for (uint32_t k = 0; k < 3; k++) {
+        uint32_t first = vertices[k], second = vertices[(k + 1) % 3];
+        if (first < 3 && second < 3) { // corner `first` to the next one
+            factors[k] = parent->factors[(first + parent->use.rotation) % 3];
+        } else {
+            factors[k] = clast_displaced_factor(w->unit, w->pose, &w->view, face, corners[k].at,
+                                                corners[(k + 1) % 3].at);
+        }
+    }
+}
+
+static void pack_child(walk *w, uint32_t triangle, const displaced_leaf_corner corners[3], const uint32_t factors[3])
+{
+    displaced_leaf leaf = {
+        .triangle = triangle,
+        .factors = pattern_factors(min_uint(factors[0], PATTERN_SEGMENTS), min_uint(factors[1], PATTERN_SEGMENTS),
+                                   min_uint(factors[2], PATTERN_SEGMENTS)),
+        .split = true,
+        .corners = {corners[0], corners[1], corners[2]},
+    };
+    pack_leaf(w, &leaf);
+}
+
+// Depth first, children in the pattern's order.
+static void pack_split(walk *w, uint32_t triangle, const uint32_t factors[3])
+{
+    displaced_face face = clast_displaced_face(w->unit, w->pose, w->cluster, triangle);
+    displaced_triangle base = w->unit->triangles[w->cluster->first_triangle + triangle];
+    displaced_leaf_corner corners[3];
+    for (uint32_t k = 0; k < 3; k++) {
+        corners[k] = (displaced_leaf_corner){weights_of_corner(k), w->rates.levels[displaced_corner(base, k)]};
+    }
+    split stack[SPLITS_DEEPEST];
+    uint32_t depth = 0;
+    stack[depth++] = split_triangle(w->unit, corners, factors);
+    while (depth > 0 && w->count.triangles <= item_triangles_most) {
+        split *parent = &stack[depth - 1];
+        if (parent->next == pattern_triangles(*parent->use.pattern)) {
+            depth--;
+            continue;
+        }
+        uint32_t child_factors[3];
+        next_child(w, &face, parent, corners, child_factors);
+        if (is_small(child_factors) || depth == SPLITS_DEEPEST) {
+            pack_child(w, triangle, corners, child_factors);
+        } else {
+            stack[depth++] = split_triangle(w->unit, corners, child_factors);
+        }
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------ walks
+
+static void pack_triangle(walk *w, uint32_t number)
+{
+    displaced_triangle triangle = w->unit->triangles[w->cluster->first_triangle + number];
+    uint32_t factors[3];
+    for (uint32_t k = 0; k < 3; k++) {
+        factors[k] = w->rates.factors[displaced_edge_of(triangle, k)];
+    }
+    if (is_small(factors)) {
+        displaced_leaf leaf = {.triangle = number, .factors = pattern_factors(factors[0], factors[1], factors[2])};
+        pack_leaf(w, &leaf);
+    } else {
+        pack_split(w, number, factors);
+    }
+}
+
+static void write_levels(walk *w)
+{
+    uint32_t words = displaced_level_words(w->unit, w->cluster);
+    for (uint32_t i = 0; w->words != NULL && i < words; i++) {
+        uint32_t second = 2 * i + 1 < w->cluster->vertex_count ? w->rates.levels[2 * i + 1] : 0u;
+        w->words[i] = w->rates.levels[2 * i] | second << 16;
+    }
+    w->count.words += words;
+}
+
+static bool is_as_cooked(const walk *w)
+{
+    bool cooked = true;
+    for (uint32_t i = 0; i < w->cluster->edge_count; i++) {
+        cooked = cooked && w->rates.factors[i] == 1;
+    }
+    return cooked;
+}
+
+static void walk_item(walk *w)
+{
+    clast_displaced_rates(w->unit, w->pose, &w->view, w->cluster, &w->rates);
+    write_levels(w);
+    clear_record(&w->open);
+    if (is_as_cooked(w)) {
+        w->open.triangle_count = w->cluster->triangle_count;
+        w->open.vertex_count = w->cluster->vertex_count;
+        write_record(w, FORM_WHOLE, w->cluster->template_index, &w->open);
+        return;
+    }
+    for (uint32_t i = 0; i < w->cluster->triangle_count && w->count.triangles <= item_triangles_most; i++) {
+        pack_triangle(w, i);
+    }
+    close_record(w);
+    if (w->count.triangles > item_triangles_most) {
+        w->count = (clast_source_count){UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
+    }
+}
+
+clast_source_count clast_displaced_count(const clast_unit *base, const clast_pose *pose, const clast_source_view *view,
+                                         uint32_t item)
+{
+    const displaced_unit *unit = clast_displaced_of(base);
+    walk w;
+    w.unit = unit;
+    w.pose = pose;
+    w.cluster = &unit->clusters[item];
+    w.view = clast_displaced_rate_view(unit, pose, view);
+    w.count = (clast_source_count){0};
+    w.records = NULL;
+    w.words = NULL;
+    walk_item(&w);
+    return w.count;
+}
+
+void clast_displaced_emit(const clast_unit *base, const clast_pose *pose, const clast_source_view *view, uint32_t item,
+                          uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records)
+{
+    const displaced_unit *unit = clast_displaced_of(base);
+    walk w;
+    w.unit = unit;
+    w.pose = pose;
+    w.cluster = &unit->clusters[item];
+    w.view = clast_displaced_rate_view(unit, pose, view);
+    w.count = (clast_source_count){0};
+    w.records = records;
+    w.words = words;
+    w.item = item;
+    w.first_vertex = first_vertex;
+    w.first_word = first_word;
+    walk_item(&w);
+}

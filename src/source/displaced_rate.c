@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+// Segments of edges and levels of maps of displaced meshes, by the formulas of shared/tessellation.h.
+#include "source/displaced.h"
+
+// --------------------------------------------------------------------------------------------------------- vertices
+
+vec3 clast_displaced_position(const displaced_unit *unit, const clast_pose *pose, const displaced_vertex *vertex)
+{
+    return pose->positions != NULL ? load3(pose->positions[vertex->mesh_vertex])
+                                   : load3(clast_mesh_position(&unit->base.geometry->of.mesh, vertex->mesh_vertex));
+}
+
+static vec3 unit_length(vec3 v)
+{
+    float largest = largest3(vec3(abs1(v[0]), abs1(v[1]), abs1(v[2])));
+    return largest > 0.0f && is_finite1(largest) ? normalize3(v * (1.0f / largest)) : splat3(0.0f);
+}
+
+static vec3 posed_triangle_normal(const clast_mesh *mesh, uint32_t triangle)
+{
+    const uint32_t *vertices = mesh->indices + 3 * (size_t)triangle;
+    vec3 origin = load3(clast_mesh_position(mesh, vertices[0]));
+    return unit_length(cross3(load3(clast_mesh_position(mesh, vertices[1])) - origin,
+                              load3(clast_mesh_position(mesh, vertices[2])) - origin));
+}
+
+static vec3 posed_vertex_normal(const clast_mesh *mesh, uint32_t vertex)
+{
+    const float *normal = mesh->normals + 3 * (size_t)vertex;
+    return unit_length(vec3(normal[0], normal[1], normal[2]));
+}
+
+vec3 clast_displaced_normal(const displaced_unit *unit, const clast_pose *pose, const displaced_vertex *vertex)
+{
+    if (pose->positions == NULL && pose->normals == NULL) {
+        return load3(vertex->normal);
+    }
+    const clast_mesh mesh = clast_mesh_posed(&unit->base.geometry->of.mesh, pose);
+    bool by_vertex = unit->base.geometry->of.mesh.normals != NULL;
+    uint32_t first = vertex[0].first_normal, end = vertex[1].first_normal;
+    if (first == end) {
+        return posed_vertex_normal(&mesh, vertex->mesh_vertex);
+    }
+    vec3 sum = splat3(0.0f);
+    for (uint32_t i = first; i < end; i++) {
+        displaced_normal part = unit->normals[i];
+        vec3 normal = by_vertex ? posed_vertex_normal(&mesh, part.number) : posed_triangle_normal(&mesh, part.number);
+        sum += normal * part.weight;
+    }
+    return unit_length(sum);
+}
+
+clast_box clast_displaced_rest_box(const displaced_unit *unit, const clast_pose *pose)
+{
+    const clast_mesh *mesh = &unit->base.geometry->of.mesh;
+    clast_box box = {{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
+    vec3 lower = load3(box.lower), upper = load3(box.upper);
+    for (size_t i = 0; i < unit->vertex_count; i++) {
+        vec3 position = clast_displaced_position(unit, pose, &unit->vertices[i]);
+        lower = min3(lower, position);
+        upper = max3(upper, position);
+    }
+    // a curved triangle lies within the hull of the points that control it
+    for (size_t i = 0; unit->curved && i < mesh->triangle_count; i++) {
+        vec3 p[3], n[3], sum = splat3(0.0f);
+        for (uint32_t k = 0; k < 3; k++) {
+            const displaced_vertex *vertex = &unit->vertices[unit->vertex_of[mesh->indices[3 * i + k]]];
+            p[k] = clast_displaced_position(unit, pose, vertex);
+            n[k] = clast_displaced_normal(unit, pose, vertex);
+        }
+        for (uint32_t k = 0; k < 6; k++) {
+            uint32_t near = k % 3, far = k < 3 ? (k + 1) % 3 : (k + 2) % 3;
+            vec3 control = curved_edge(p[near], p[far], n[near]);
+            lower = min3(lower, control);
+            upper = max3(upper, control);
+            sum += control;
+        }
+        vec3 centre = sum * 0.25f - (p[0] + p[1] + p[2]) * 0.166666667f;
+        lower = min3(lower, centre);
+        upper = max3(upper, centre);
+    }
+    return (clast_box){store3(lower), store3(upper)};
+}
+
+// ------------------------------------------------------------------------------------------------------------ faces
+
+static vec2 own_coordinates(const displaced_unit *unit, const displaced_face *face, bool plain, uint32_t mesh_triangle,
+                            uint32_t k)
+{
+    const clast_mesh *mesh = &unit->base.geometry->of.mesh;
+    return plain ? load2(face->vertices[k]->coordinates)
+                 : clast_displaced_coordinates(face->map, mesh, mesh->indices[3 * (size_t)mesh_triangle + k]);
+}
+
+displaced_face clast_displaced_face(const displaced_unit *unit, const clast_pose *pose,
+                                    const displaced_cluster *cluster, uint32_t number)
+{
+    displaced_triangle triangle = unit->triangles[cluster->first_triangle + number];
+    uint32_t mesh_triangle = unit->mesh_triangles[cluster->first_triangle + number];
+    bool plain = displaced_is_plain(triangle);
+    displaced_face face = {0};
+    for (uint32_t k = 0; k < 3; k++) {
+        face.vertices[k] = displaced_vertex_of(unit, cluster, displaced_corner(triangle, k));
+        face.positions[k] = clast_displaced_position(unit, pose, face.vertices[k]);
+        face.normals[k] = clast_displaced_normal(unit, pose, face.vertices[k]);
+    }
+    face.map = &unit->maps[plain ? face.vertices[0]->map : displaced_map_of(unit, mesh_triangle)];
+    for (uint32_t k = 0; k < 3; k++) {
+        uint32_t seam = displaced_seam_of(unit->edges[cluster->first_edge + displaced_edge_of(triangle, k)]);
+        face.coordinates[k] = own_coordinates(unit, &face, plain, mesh_triangle, k);
+        face.seams[k] = !plain && seam != DISPLACED_NO_SEAM ? &unit->seams[cluster->first_seam + seam] : NULL;
+        face.along[k] = displaced_goes_along(triangle, k);
+    }
+    return face;
+}
+
+displaced_site clast_displaced_site_within(const displaced_unit *unit, const displaced_face *face, clast_weights at,
+                                           uint32_t place)
+{
+    uint32_t edge = place - WEIGHTS_EDGE;
+    if (place >= WEIGHTS_INSIDE || face->seams[edge] == NULL) {
+        return (displaced_site){
+            face->map,
+            blend2(face->coordinates[0], face->coordinates[1], face->coordinates[2], at),
+        };
+    }
+    const displaced_seam *seam = face->seams[edge];
+    vec2 first = load2(seam->coordinates[face->along[edge] ? 0 : 1]);
+    vec2 second = load2(seam->coordinates[face->along[edge] ? 1 : 0]);
+    vec2 sum = first * (float)at.of[edge] + second * (float)at.of[(edge + 1) % 3];
+    return (displaced_site){&unit->maps[seam->map], sum * power_of_two(112u)};
+}
+
+displaced_site clast_displaced_site(const displaced_unit *unit, const displaced_face *face, clast_weights at)
+{
+    uint32_t place = weights_place(at);
+    if (place < WEIGHTS_EDGE) {
+        const displaced_vertex *vertex = face->vertices[place];
+        return (displaced_site){&unit->maps[vertex->map], load2(vertex->coordinates)};
+    }
+    return clast_displaced_site_within(unit, face, at, place);
+}
+
+vec3 clast_displaced_base(const displaced_unit *unit, const displaced_face *face, clast_weights at)
+{
+    return unit->curved ? curved_point(face->positions, face->normals, at)
+                        : blend3(face->positions[0], face->positions[1], face->positions[2], at);
+}
+
+// ------------------------------------------------------------------------------------------------------------ rates
+
+static bool lies_within(const clast_box *box, vec3 point)
+{
+    bool within = true;
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        within = within && point[axis] >= box->lower.v[axis] && point[axis] <= box->upper.v[axis];
+    }
+    return within;
+}
+
+// What faces away is hidden where the surface is closed and the eye outside of it; of what moves the latter is not known.
+clast_rate_view clast_displaced_rate_view(const displaced_unit *unit, const clast_pose *pose,
+                                          const clast_source_view *view)
+{
+    bool faces = unit->closed && pose->positions == NULL;
+    if (faces) {
+        clast_box box = clast_source_of(&unit->base)->bounds(&unit->base, pose);
+        faces = !lies_within(&box, load3(view->eye));
+    }
+    return rate_view(*view, faces ? 1u : 0u);
+}
+
+static uint32_t in_steps(float level)
+{
+    return (uint32_t)(level * (float)HEIGHT_LEVEL_STEPS); // exact
+}
+
+// The vertices of a cluster, displaced as at rest.
+typedef struct cluster_points {
+    vec3 positions[CLUSTER_VERTICES], normals[CLUSTER_VERTICES];
+    clast_rate_point points[CLUSTER_VERTICES];
+} cluster_points;
+
+static const displaced_vertex *look_at_vertex(const displaced_unit *unit, const clast_pose *pose,
+                                              const clast_rate_view *view, const displaced_cluster *cluster, uint32_t i,
+                                              cluster_points *at)
+{
+    const displaced_vertex *vertex = displaced_vertex_of(unit, cluster, i);
+    at->positions[i] = clast_displaced_position(unit, pose, vertex);
+    at->normals[i] = clast_displaced_normal(unit, pose, vertex);
+    vec3 moved = displaced_point(at->positions[i], at->normals[i], vertex->height * pose->displacement_scale);
+    at->points[i] = rate_point(*view, moved, at->normals[i]);
+    return vertex;
+}
+
+static vec3 middle_of(const displaced_unit *unit, const cluster_points *at, uint32_t a, uint32_t b)
+{
+    vec3 sum = at->positions[a] + at->positions[b];
+    if (!unit->curved) {
+        return sum * 0.5f;
+    }
+    vec3 bent = curved_edge_term(at->positions[a], at->positions[b], at->normals[a], at->normals[b], 0.5f, 0.5f);
+    return sum * 0.125f + bent * 3.0f;
+}
+
+static float wanted_of(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                       const cluster_points *at, displaced_edge edge)
+{
+    uint32_t a = edge.ends & 255, b = edge.ends >> 8 & 255;
+    if (a == b) {
+        return 1.0f; // from a point to itself
+    }
+    vec3 normal = (at->normals[a] + at->normals[b]) * 0.5f;
+    vec3 moved = displaced_point(middle_of(unit, at, a, b), normal, edge.height * pose->displacement_scale);
+    return edge_wanted(*view, at->points[a], rate_point(*view, moved, normal), at->points[b]);
+}
+
+// The last vertex again up to a whole number of lanes.
+static void gather_points(const displaced_unit *unit, const clast_pose *pose, const displaced_cluster *cluster,
+                          clast_rate_points *points)
+{
+    enum { LANES_MOST = 16 };
+    uint32_t end = (cluster->vertex_count + LANES_MOST - 1) / LANES_MOST * LANES_MOST;
+    for (uint32_t i = 0; i < end; i++) {
+        const displaced_vertex *vertex = displaced_vertex_of(unit, cluster, min_uint(i, cluster->vertex_count - 1));
+        vec3 position = clast_displaced_position(unit, pose, vertex),
+             normal = clast_displaced_normal(unit, pose, vertex);
+        for (uint32_t k = 0; k < 3; k++) {
+            points->positions[k][i] = position[k];
+            points->normals[k][i] = normal[k];
+        }
+        points->heights[i] = vertex->height * pose->displacement_scale;
+        points->density_squares[i] = vertex->density_square;
+        points->shortest_squares[i] = vertex->shortest_square;
+    }
+}
+
+void clast_displaced_rates(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                           const displaced_cluster *cluster, displaced_rates *rates)
+{
+    const clast_rate_kernels *kernels = clast_rate_kernels_of(clast_context_isa(unit->base.context));
+    clast_rate_points points;
+    clast_rate_site sites[RATE_POINTS];
+    gather_points(unit, pose, cluster, &points);
+    kernels->points(view, &points, cluster->vertex_count, sites, rates->levels);
+    clast_rate_edges edges = {
+        .sites = sites,
+        .edges = unit->edges + cluster->first_edge,
+        .count = cluster->edge_count,
+        .scale = pose->displacement_scale,
+        .curved = unit->curved,
+    };
+    kernels->edges(view, &edges, rates->factors);
+}
+
+float clast_displaced_wanted(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                             const displaced_cluster *cluster, uint32_t edge)
+{
+    cluster_points at;
+    displaced_edge of = unit->edges[cluster->first_edge + edge];
+    look_at_vertex(unit, pose, view, cluster, of.ends & 255, &at);
+    look_at_vertex(unit, pose, view, cluster, of.ends >> 8 & 255, &at);
+    return wanted_of(unit, pose, view, &at, of);
+}
+
+// ------------------------------------------------------------------------------------------------- parts of triangles
+
+uint32_t clast_displaced_level(const displaced_unit *unit, const clast_rate_view *view, const displaced_face *face,
+                               clast_weights at)
+{
+    const displaced_vertex *const *v = face->vertices;
+    float density = blend1(v[0]->density_square, v[1]->density_square, v[2]->density_square, at);
+    float shortest = blend1(v[0]->shortest_square, v[1]->shortest_square, v[2]->shortest_square, at);
+    vec3 camera = transform_point(view->to_camera, clast_displaced_base(unit, face, at));
+    return in_steps(vertex_level(*view, camera, density, shortest));
+}
+
+static clast_rate_point point_at(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                                 const displaced_face *face, clast_weights at)
+{
+    displaced_site site = clast_displaced_site(unit, face, at);
+    float level = (float)clast_displaced_level(unit, view, face, at) * (1.0f / (float)HEIGHT_LEVEL_STEPS);
+    float height = clast_displaced_height(site.map, site.coordinates, level) * pose->displacement_scale;
+    vec3 normal = blend3(face->normals[0], face->normals[1], face->normals[2], at);
+    vec3 moved = displaced_point(clast_displaced_base(unit, face, at), normal, height);
+    return rate_point(*view, moved, normal);
+}
+
+uint32_t clast_displaced_factor(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                                const displaced_face *face, clast_weights a, clast_weights b)
+{
+    clast_rate_point middle = point_at(unit, pose, view, face, weights_of_middle(a, b));
+    float wanted = edge_wanted(*view, point_at(unit, pose, view, face, a), middle, point_at(unit, pose, view, face, b));
+    return edge_factor(wanted, weights_apart(a, b));
+}
