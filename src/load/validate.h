@@ -55,8 +55,6 @@ typedef struct clast_validate_view {
     uint64_t offset, length, stride; // stride 0: none given
     clast_bytes bytes;               // null where they are not at hand
     clast_usage usage;
-    bool is_compressed; // its bytes are made by an extension's decoder
-    bool has_target;
     uint32_t first_user; // the accessor of vertices that used it first
 } clast_validate_view;
 
@@ -124,6 +122,8 @@ static inline clast_gltf_value clast_validate_entry(const clast_validator *v, cl
 }
 // Whether extensionsUsed names it.
 bool clast_validate_declares(const clast_validator *v, const char *extension);
+// Whether the tables have an extension of that name.
+bool clast_validate_knows_extension(const char *name);
 // An extension's object; its json is null where there is none. `extensions` is storage for what stands around it.
 clast_gltf_value clast_validate_extension(const clast_gltf_value *object, clast_gltf_value *extensions,
                                           const char *name);

@@ -20,14 +20,24 @@ typedef enum role {
     ROLE_QUATERNIONS = 16,
     ROLE_MATRICES = 32, // the last row is 0 0 0 1
     ROLE_INDICES = 64,
-    ROLE_JOINTS = 128,
     ROLE_SPLINES = 256, // of three elements, the second is a value
 } role;
+
+// Who uses an accessor: an object of a list, a part of it, and the name there. The name is null where nobody does.
+typedef struct use_place {
+    clast_validate_list list;
+    size_t item;
+    const char *part; // null: the object itself
+    size_t number;
+    bool is_attribute;
+    const char *name;
+} use_place;
 
 // What is known of an accessor after reading it.
 typedef struct accessor_facts {
     uint32_t roles;
-    bool is_read; // its elements could be had
+    use_place use; // the first
+    bool is_read;  // its elements could be had
     bool has_weights_checked;
     double most;         // the largest component
     uint64_t most_place; // its element
@@ -265,6 +275,26 @@ static void tell_bounds(element_check *c, const clast_gltf_value *value)
     }
 }
 
+// Floats are the accessor's own affair; all else is told where it is used.
+static void tell_checks(const element_check *c, const clast_gltf_value *accessor)
+{
+    const use_place *use = &c->facts->use;
+    clast_gltf_value item = clast_validate_entry(c->v, use->list, use->item),
+                     part = clast_gltf_member(&item, use->part);
+    clast_gltf_value element = clast_gltf_element(&part, use->number);
+    const clast_gltf_value *holder = use->part != NULL ? &element : &item;
+    clast_gltf_value attributes = clast_gltf_member(holder, "attributes");
+    clast_gltf_value place = clast_gltf_member(use->is_attribute ? &attributes : holder, use->name);
+    for (int kind = 0; kind < CHECK_COUNT; kind++) {
+        if (c->counts[kind] != 0) {
+            bool is_own = kind == CHECK_INVALID_FLOAT || use->name == NULL;
+            clast_validate_fault(c->v, checks[kind].code, is_own ? accessor : &place,
+                                 "element %llu %s; %llu such in all", (unsigned long long)c->first[kind],
+                                 checks[kind].text, (unsigned long long)c->counts[kind]);
+        }
+    }
+}
+
 static void check_accessor(clast_validator *v, uint32_t index, accessor_facts *facts)
 {
     const clast_validate_accessor *accessor = &v->accessors[index];
@@ -284,62 +314,69 @@ static void check_accessor(clast_validator *v, uint32_t index, accessor_facts *f
     }
     facts->is_read = true;
     tell_bounds(&c, &value);
-    for (int kind = 0; kind < CHECK_COUNT; kind++) {
-        if (c.counts[kind] != 0) {
-            clast_validate_fault(v, checks[kind].code, &value, "element %llu %s; %llu such in all",
-                                 (unsigned long long)c.first[kind], checks[kind].text,
-                                 (unsigned long long)c.counts[kind]);
-        }
-    }
+    tell_checks(&c, &value);
 }
 
 // --------------------------------------------------------------------------------------------------------------- roles
 
-static void add_role(clast_validator *v, accessor_facts *facts, const clast_gltf_value *object, const char *name,
+// Adds roles to the accessor of that name, and notes who uses it.
+static void add_role(clast_validator *v, accessor_facts *facts, const clast_gltf_value *object, use_place use,
                      uint32_t roles)
 {
-    uint32_t index = clast_validate_index(v, object, name, CLAST_VALIDATE_ACCESSORS);
+    uint32_t index = clast_validate_index(v, object, use.name, CLAST_VALIDATE_ACCESSORS);
     if (index != CLAST_NONE) {
         facts[index].roles |= roles;
+        facts[index].use = facts[index].use.name == NULL ? use : facts[index].use;
     }
 }
 
-static void add_primitive_roles(clast_validator *v, accessor_facts *facts, const clast_gltf_value *primitive)
+static uint32_t roles_of_attribute(const char *name)
+{
+    return strcmp(name, "NORMAL") == 0       ? ROLE_UNIT
+           : strcmp(name, "TANGENT") == 0    ? ROLE_UNIT | ROLE_SIGN
+           : strncmp(name, "COLOR_", 6) == 0 ? ROLE_CLAMPED
+                                             : 0;
+}
+
+static void add_primitive_roles(clast_validator *v, accessor_facts *facts, size_t mesh, size_t number,
+                                const clast_gltf_value *primitive)
 {
     clast_gltf_value attributes = clast_gltf_member(primitive, "attributes");
+    use_place use = {CLAST_VALIDATE_MESHES, mesh, "primitives", number, true, NULL};
     const char *name;
     json_t *json;
     json_object_foreach(attributes.json, name, json)
     {
-        bool is_colour = strncmp(name, "COLOR_", 6) == 0;
         (void)json;
-        add_role(v, facts, &attributes, name,
-                 is_colour                          ? ROLE_CLAMPED
-                 : strncmp(name, "JOINTS_", 7) == 0 ? ROLE_JOINTS
-                                                    : 0);
+        use.name = name;
+        add_role(v, facts, &attributes, use, roles_of_attribute(name));
     }
-    add_role(v, facts, &attributes, "NORMAL", ROLE_UNIT);
-    add_role(v, facts, &attributes, "TANGENT", ROLE_UNIT | ROLE_SIGN);
-    add_role(v, facts, primitive, "indices", ROLE_INDICES);
+    use.is_attribute = false;
+    use.name = "indices";
+    add_role(v, facts, primitive, use, ROLE_INDICES);
 }
 
-static void add_animation_roles(clast_validator *v, accessor_facts *facts, const clast_gltf_value *animation)
+static void add_animation_roles(clast_validator *v, accessor_facts *facts, size_t number,
+                                const clast_gltf_value *animation)
 {
     clast_gltf_value samplers = clast_gltf_member(animation, "samplers"),
                      channels = clast_gltf_member(animation, "channels");
+    use_place use = {CLAST_VALIDATE_ANIMATIONS, number, "samplers", 0, false, "input"};
     for (size_t i = 0; i < clast_gltf_size(&samplers); i++) {
         clast_gltf_value sampler = clast_gltf_element(&samplers, i);
-        add_role(v, facts, &sampler, "input", ROLE_TIMES);
+        use.number = i;
+        add_role(v, facts, &sampler, use, ROLE_TIMES);
     }
+    use.name = "output";
     for (size_t i = 0; i < clast_gltf_size(&channels); i++) {
         clast_gltf_value channel = clast_gltf_element(&channels, i), target = clast_gltf_member(&channel, "target");
         const char *path = clast_validate_text(&target, "path");
-        clast_gltf_value sampler = clast_gltf_element(
-            &samplers, (size_t)clast_validate_unsigned_or(&channel, "sampler", SIZE_MAX));
+        use.number = (size_t)clast_validate_unsigned_or(&channel, "sampler", SIZE_MAX);
+        clast_gltf_value sampler = clast_gltf_element(&samplers, use.number);
         const char *interpolation = clast_validate_text(&sampler, "interpolation");
         bool is_cubic = interpolation != NULL && strcmp(interpolation, "CUBICSPLINE") == 0;
         if (path != NULL && strcmp(path, "rotation") == 0) {
-            add_role(v, facts, &sampler, "output", ROLE_QUATERNIONS | (is_cubic ? ROLE_SPLINES : 0));
+            add_role(v, facts, &sampler, use, ROLE_QUATERNIONS | (is_cubic ? ROLE_SPLINES : 0));
         }
     }
 }
@@ -351,16 +388,17 @@ static void add_roles(clast_validator *v, accessor_facts *facts)
         clast_gltf_value primitives = clast_gltf_member(&mesh, "primitives");
         for (size_t k = 0; k < clast_gltf_size(&primitives); k++) {
             clast_gltf_value primitive = clast_gltf_element(&primitives, k);
-            add_primitive_roles(v, facts, &primitive);
+            add_primitive_roles(v, facts, i, k, &primitive);
         }
     }
     for (size_t i = 0; i < clast_validate_size(v, CLAST_VALIDATE_ANIMATIONS); i++) {
         clast_gltf_value animation = clast_validate_entry(v, CLAST_VALIDATE_ANIMATIONS, i);
-        add_animation_roles(v, facts, &animation);
+        add_animation_roles(v, facts, i, &animation);
     }
     for (size_t i = 0; i < clast_validate_size(v, CLAST_VALIDATE_SKINS); i++) {
         clast_gltf_value skin = clast_validate_entry(v, CLAST_VALIDATE_SKINS, i);
-        add_role(v, facts, &skin, "inverseBindMatrices", ROLE_MATRICES);
+        use_place use = {CLAST_VALIDATE_SKINS, i, NULL, 0, false, "inverseBindMatrices"};
+        add_role(v, facts, &skin, use, ROLE_MATRICES);
     }
 }
 
@@ -384,7 +422,8 @@ static void check_indices(clast_validator *v, const accessor_facts *facts, const
         clast_validate_fault(v, CLAST_FAULT_ACCESSOR_INDEX_PRIMITIVE_RESTART, &place,
                              "index %llu is %.0f, which restarts a primitive",
                              (unsigned long long)facts[index].most_place, restart);
-    } else if (facts[index].most >= (double)vertices) {
+    }
+    if (facts[index].most >= (double)vertices) {
         clast_validate_fault(v, CLAST_FAULT_ACCESSOR_INDEX_OOB, &place, "index %llu is %.0f of %llu vertices",
                              (unsigned long long)facts[index].most_place, facts[index].most,
                              (unsigned long long)vertices);

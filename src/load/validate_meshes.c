@@ -305,7 +305,9 @@ static void check_textures(primitive_check *c, const clast_gltf_value *place, co
     json_object_foreach(object->json, name, json)
     {
         clast_gltf_value member = {.around = object, .name = name, .json = json};
-        if (clast_validate_index(c->v, &member, "index", CLAST_VALIDATE_TEXTURES) != CLAST_NONE) {
+        size_t length = strlen(name), ending = strlen("Texture");
+        bool is_texture = length > ending && strcmp(name + length - ending, "Texture") == 0;
+        if (is_texture && clast_validate_index(c->v, &member, "index", CLAST_VALIDATE_TEXTURES) != CLAST_NONE) {
             check_coordinates(c, place, &member);
         }
     }
@@ -327,7 +329,9 @@ static void check_material(primitive_check *c)
         json_object_foreach(extensions.json, name, json)
         {
             clast_gltf_value extension = {.around = &extensions, .name = name, .json = json};
-            check_textures(c, &place, &extension);
+            if (clast_validate_knows_extension(name)) {
+                check_textures(c, &place, &extension);
+            }
         }
         clast_gltf_value anisotropy = clast_gltf_member(&extensions, "KHR_materials_anisotropy");
         has_normal_map = json_is_object(json_object_get(material.json, "normalTexture"));

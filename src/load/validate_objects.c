@@ -68,7 +68,7 @@ void clast_validate_asset(clast_validator *v, const clast_gltf_value *value)
     }
 }
 
-static bool is_known_extension(const char *name)
+bool clast_validate_knows_extension(const char *name)
 {
     for (size_t i = 0; i < clast_rule_extension_count; i++) {
         if (strcmp(clast_rule_extensions[i].name, name) == 0) {
@@ -104,7 +104,7 @@ void clast_validate_extension_lists(clast_validator *v, const clast_gltf_value *
             clast_validate_fault(v, CLAST_FAULT_INVALID_EXTENSION_NAME_FORMAT, &element,
                                  "\"%.80s\": expected PREFIX_name", name);
         }
-        if (!is_known_extension(name)) {
+        if (!clast_validate_knows_extension(name)) {
             clast_validate_fault(v, CLAST_FAULT_UNSUPPORTED_EXTENSION, &element, "the extension %.80s is not checked",
                                  name);
         }

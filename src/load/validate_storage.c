@@ -9,7 +9,9 @@ static bool open_uri(clast_validator *v, const clast_gltf_value *place, const ch
                      clast_file_view *file, clast_bytes *bytes)
 {
     clast_gltf reader = {.context = v->context, .scene = v->scene, .path = v->path};
-    if (clast_gltf_open_uri(&reader, place, uri, block, file, bytes)) {
+    bool is_open = clast_gltf_open_uri(&reader, place, uri, block, file, bytes);
+    clast_gltf_close_buffers(&reader);
+    if (is_open) {
         return true;
     }
     if (reader.status == CLAST_ERROR_OUT_OF_MEMORY) {
@@ -89,7 +91,7 @@ static void open_view(clast_validator *v, uint32_t index)
 {
     enum { VERTICES = 34962, INDICES = 34963 };
     clast_validate_view *view = &v->views[index];
-    clast_gltf_value value = clast_validate_entry(v, CLAST_VALIDATE_BUFFER_VIEWS, index), extensions;
+    clast_gltf_value value = clast_validate_entry(v, CLAST_VALIDATE_BUFFER_VIEWS, index);
     uint64_t target = clast_validate_unsigned_or(&value, "target", 0);
     *view = (clast_validate_view){
         .buffer = clast_validate_index(v, &value, "buffer", CLAST_VALIDATE_BUFFERS),
@@ -99,11 +101,8 @@ static void open_view(clast_validator *v, uint32_t index)
         .usage = target == VERTICES  ? CLAST_USAGE_VERTICES
                  : target == INDICES ? CLAST_USAGE_INDICES
                                      : CLAST_USAGE_NONE,
-        .has_target = target != 0,
         .first_user = CLAST_NONE,
     };
-    view->is_compressed = clast_validate_extension(&value, &extensions, "EXT_meshopt_compression").json != NULL ||
-                          clast_validate_extension(&value, &extensions, "KHR_meshopt_compression").json != NULL;
     if (view->buffer == CLAST_NONE || view->length == 0) {
         return;
     }
@@ -114,7 +113,7 @@ static void open_view(clast_validator *v, uint32_t index)
             "%llu bytes from %llu do not fit into the %llu of buffer %u", (unsigned long long)view->length,
             (unsigned long long)view->offset, (unsigned long long)buffer->length, view->buffer);
     }
-    if (!view->is_compressed && buffer->bytes.data != NULL) {
+    if (buffer->bytes.data != NULL) {
         clast_bytes_slice(buffer->bytes, view->offset, view->length, &view->bytes);
     }
 }
