@@ -13,6 +13,14 @@ typedef struct clast_bytes {
     uint64_t size;
 } clast_bytes;
 
+// The most bytes that a file of `stored` bytes may come to in memory: what needs more is refused, so that a small file cannot
+// fill it. Scenes count all of their files together.
+static inline uint64_t clast_unpacked_most(uint64_t stored)
+{
+    const uint64_t free_bytes = (uint64_t)64 << 20, ratio = 20;
+    return stored < (UINT64_MAX - free_bytes) / ratio ? free_bytes + ratio * stored : UINT64_MAX;
+}
+
 // The piece [offset, offset + length); false where it is not inside.
 static inline bool clast_bytes_slice(clast_bytes bytes, uint64_t offset, uint64_t length, clast_bytes *slice)
 {

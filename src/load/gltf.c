@@ -5,11 +5,7 @@
 #include <string.h>
 
 #include "load/gltf.h"
-
-// What the JSON library allocates is its own and outside the memory limit: bounded by the size of the text and by the
-// number of values, of which each costs some 30 to 400 bytes.
-#define TEXT_SIZE_MOST ((uint64_t)1 << 30)
-#define VALUE_COUNT_MOST ((uint64_t)1 << 25)
+#include "load/json_text.h"
 
 static const char *const EXTENSIONS[] = {
     "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",         "KHR_lights_punctual",
@@ -29,50 +25,10 @@ static bool has_extension(const char *name)
 
 // ---------------------------------------------------------------------------------------------------------------- JSON
 
-// Commas and opening brackets outside texts: at least the number of values, less one.
-static uint64_t count_values(clast_bytes text)
-{
-    uint64_t count = 0;
-    bool in_text = false;
-    for (uint64_t i = 0; i < text.size; i++) {
-        unsigned char c = text.data[i];
-        if (in_text) {
-            if (c == '\\') {
-                i++;
-            } else if (c == '"') {
-                in_text = false;
-            }
-        } else if (c == '"') {
-            in_text = true;
-        } else {
-            count += c == ',' || c == '{' || c == '[';
-        }
-    }
-    return count;
-}
-
 static bool parse(clast_gltf *gltf, clast_bytes text)
 {
-    if (clast_bytes_begin_with(text, "\xef\xbb\xbf")) { // a byte order mark: forbidden to write, free to pass over
-        clast_bytes_slice(text, 3, text.size - 3, &text);
-    }
-    if (text.size > TEXT_SIZE_MOST) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, NULL, "%llu bytes of JSON: expected at most %llu",
-                               (unsigned long long)text.size, (unsigned long long)TEXT_SIZE_MOST);
-    }
-    uint64_t values = count_values(text);
-    if (values > VALUE_COUNT_MOST) {
-        return clast_gltf_fail(gltf, CLAST_ERROR_LIMIT, NULL, "%llu JSON values: expected at most %llu",
-                               (unsigned long long)values, (unsigned long long)VALUE_COUNT_MOST);
-    }
-    json_error_t error;
-    gltf->json = json_loadb((const char *)text.data, (size_t)text.size, JSON_REJECT_DUPLICATES, &error);
-    if (gltf->json == NULL) {
-        if (json_error_code(&error) == json_error_out_of_memory) {
-            return clast_gltf_fail(gltf, CLAST_ERROR_OUT_OF_MEMORY, NULL, "no memory for the JSON");
-        }
-        return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "JSON, line %d, column %d: %s", error.line,
-                               error.column, error.text);
+    if (!clast_gltf_check(gltf, clast_json_parse(gltf->context, gltf->path, text, &gltf->json))) {
+        return false;
     }
     if (!json_is_object(gltf->json)) {
         return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, NULL, "the JSON is not an object: expected glTF");

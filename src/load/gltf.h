@@ -9,6 +9,7 @@
 #include <jansson.h>
 
 #include "load/load.h"
+#include "load/table.h"
 
 // The root's lists that are read: X(name, key).
 #define CLAST_GLTF_LISTS(X) \
@@ -78,9 +79,9 @@ typedef struct clast_gltf {
     clast_gltf_value lists[CLAST_GLTF_LIST_COUNT];
     bool has_binary_chunk;
     clast_bytes binary_chunk;
+    clast_table files_read;     // hashes of the names of other files: each counts as read once
     clast_gltf_buffer *buffers; // one for each of the file's
     void **decoded_views;       // one for each of the file's views; null where it is not compressed, or not needed yet
-    uint64_t decoded_bytes;     // of all of them
     uint32_t *images;           // scene images; CLAST_NONE: not read yet, or not readable
     bool *image_tried;
     uint32_t *textures; // scene textures, likewise
@@ -104,6 +105,8 @@ static inline bool clast_gltf_ok(const clast_gltf *gltf)
 {
     return gltf->status == CLAST_OK;
 }
+// Counts what is about to be made of the file (load/account.h); `place` is for the error.
+bool clast_gltf_account(clast_gltf *gltf, const clast_gltf_value *place, uint64_t count, uint64_t size);
 // A log line with the file and the place.
 void clast_gltf_warn(const clast_gltf *gltf, const clast_gltf_value *place, const char *format, ...) CLAST_PRINTF(3, 4);
 // Puts blanks in place of line ends and other control characters: what a file holds must not break a log's lines.

@@ -317,6 +317,9 @@ float *clast_gltf_read_block(clast_gltf *gltf, const clast_gltf_value *user, uin
         return NULL;
     }
     *count = accessor.count;
+    if (!clast_gltf_account(gltf, user, accessor.count, columns * rows * sizeof(float))) {
+        return NULL;
+    }
     float *floats = clast_allocate(gltf->context, accessor.count, columns * rows * sizeof *floats);
     if (floats == NULL) {
         clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);

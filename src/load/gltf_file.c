@@ -2,6 +2,7 @@
 // Where a glTF file's bytes are: the chunks of a .glb, URIs, buffers and buffer views.
 #include <string.h>
 
+#include "load/account.h"
 #include "load/gltf.h"
 
 // ---------------------------------------------------------------------------------------------------- .glb, section 4
@@ -151,6 +152,9 @@ static bool open_data_uri(clast_gltf *gltf, const clast_gltf_value *place, const
     }
     const char *text = comma + 1;
     size_t length = strlen(text);
+    if (!clast_gltf_account(gltf, place, length, 1)) {
+        return false;
+    }
     *block = clast_allocate(gltf->context, length / 4 + 1, 3);
     if (*block == NULL) {
         return clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
@@ -202,6 +206,19 @@ static bool has_scheme(const char *uri)
     return length > 0 && uri[length] == ':' && strchr(letters, uri[0]) != NULL;
 }
 
+// Counts a file as read; one that is named again is no more than it was.
+static clast_status note_read(clast_gltf *gltf, const char *name, uint64_t size)
+{
+    clast_status status = clast_table_reserve(gltf->context, &gltf->files_read);
+    uint32_t hash = clast_hash_text(name, strlen(name));
+    size_t place = hash;
+    if (status == CLAST_OK && clast_table_next(&gltf->files_read, hash, &place) == CLAST_NONE) {
+        clast_table_insert(&gltf->files_read, hash, place, 0);
+        clast_account_read(gltf->scene, size);
+    }
+    return status;
+}
+
 static bool open_external(clast_gltf *gltf, const clast_gltf_value *place, const char *uri, clast_file_view *file,
                           clast_bytes *bytes)
 {
@@ -223,6 +240,8 @@ static bool open_external(clast_gltf *gltf, const clast_gltf_value *place, const
     if (status != CLAST_OK) {
         clast_gltf_fail(gltf, status, place, "\"%.200s\": %s", decoded, clast_status_text(status));
     } else {
+        status = note_read(gltf, decoded, file->size);
+        clast_gltf_check(gltf, status);
         *bytes = (clast_bytes){file->data, file->size};
     }
     clast_free(gltf->context, path);
@@ -254,7 +273,8 @@ bool clast_gltf_open_buffer(clast_gltf *gltf, uint32_t index)
     }
     clast_bytes whole = gltf->binary_chunk;
     if (uri != NULL) {
-        if (!clast_gltf_open_uri(gltf, &place, uri, &buffer->block, &buffer->file, &whole)) {
+        if (!clast_gltf_open_uri(gltf, &place, uri, &buffer->block, &buffer->file, &whole) ||
+            !clast_gltf_account(gltf, &place, buffer->file.size, 1)) {
             return false;
         }
     } else if (index == 0 && gltf->has_binary_chunk) {
@@ -299,6 +319,7 @@ void clast_gltf_close_buffers(clast_gltf *gltf)
     for (size_t i = 0; i < count; i++) {
         clast_free(gltf->context, gltf->decoded_views[i]);
     }
+    clast_table_free(gltf->context, &gltf->files_read);
     clast_free(gltf->context, gltf->buffers);
     clast_free(gltf->context, gltf->decoded_views);
     gltf->buffers = NULL;

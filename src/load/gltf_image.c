@@ -5,6 +5,7 @@
 
 #include "base/thread.h"
 #include "load/gltf.h"
+#include "load/image.h"
 
 // -------------------------------------------------------------------------------------------------------------- images
 
@@ -80,6 +81,10 @@ static void take_image(clast_gltf *gltf, image_job *job)
         name = name != NULL && strncmp(name, "data:", 5) == 0 ? NULL : name;
     }
     clast_image image = job->image;
+    uint64_t size = (uint64_t)image.width * image.height * image.channels * clast_pixel_size(image.type);
+    if (!clast_gltf_account(gltf, &value, size, 1)) {
+        return;
+    }
     job->image.pixels = NULL;
     clast_gltf_check(gltf, clast_scene_adopt_image(gltf->scene, &image, name, &gltf->images[job->index]));
 }

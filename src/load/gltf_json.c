@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "load/account.h"
 #include "load/gltf.h"
 
 enum { PLACE_DEPTH_MOST = 16 };
@@ -55,6 +56,14 @@ bool clast_gltf_check(clast_gltf *gltf, clast_status status)
         gltf->status = status;
     }
     return status == CLAST_OK;
+}
+
+bool clast_gltf_account(clast_gltf *gltf, const clast_gltf_value *place, uint64_t count, uint64_t size)
+{
+    char where[CLAST_GLTF_PLACE_SIZE], name[2 * CLAST_GLTF_PLACE_SIZE];
+    clast_gltf_write_place(place, where);
+    snprintf(name, sizeof name, "%.250s: %s", gltf->path, where);
+    return clast_gltf_ok(gltf) && clast_gltf_check(gltf, clast_account_make(gltf->scene, name, count, size));
 }
 
 void clast_gltf_make_line(char *text)

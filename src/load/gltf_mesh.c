@@ -25,9 +25,12 @@ typedef struct primitive {
 
 static void *add_block(clast_gltf *gltf, primitive *made, size_t count, size_t size)
 {
-    void *block = clast_allocate(gltf->context, count, size);
-    if (block == NULL) {
+    bool fits = clast_gltf_account(gltf, &gltf->lists[CLAST_GLTF_MESHES], count, size);
+    void *block = fits ? clast_allocate(gltf->context, count, size) : NULL;
+    if (block == NULL && fits) {
         clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
+    }
+    if (block == NULL) {
         return NULL;
     }
     made->blocks[made->block_count++] = block;

@@ -155,6 +155,7 @@ static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, u
     float *translations = read_instances(gltf, &attributes, "TRANSLATION", any_float, 3, &many);
     float *rotations = read_instances(gltf, &attributes, "ROTATION", any_turn, 4, &many);
     float *scales = read_instances(gltf, &attributes, "SCALE", any_float, 3, &many);
+    clast_gltf_account(gltf, &attributes, many, count * sizeof(clast_instance));
     for (size_t i = 0; i < many && clast_gltf_ok(gltf); i++) {
         clast_gltf_transform local = compose(translations != NULL ? translations + 3 * i : none,
                                              rotations != NULL ? rotations + 4 * i : still,

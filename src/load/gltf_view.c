@@ -6,10 +6,6 @@
 #include "load/gltf.h"
 #include "load/meshopt.h"
 
-// Of what a file's streams are decoded to: a stream of a few bytes can stand for a thousand times as many.
-#define DECODED_FREE ((uint64_t)32 << 20)
-#define DECODED_RATIO 16u
-
 static bool read_mode(clast_gltf *gltf, const clast_gltf_value *packed, clast_meshopt_stream *stream)
 {
 #define TEXT(name, text) text,
@@ -84,19 +80,6 @@ static bool open_range(clast_gltf *gltf, const clast_gltf_value *object, clast_b
                            (unsigned long long)gltf->buffers[*buffer].bytes.size, *buffer);
 }
 
-static bool check_ratio(clast_gltf *gltf, const clast_gltf_value *packed, uint64_t length)
-{
-    uint64_t most = DECODED_FREE;
-    for (size_t i = 0; i < clast_gltf_size(&gltf->lists[CLAST_GLTF_BUFFERS]); i++) {
-        most += DECODED_RATIO * gltf->buffers[i].bytes.size;
-    }
-    return length <= most - gltf->decoded_bytes ||
-           clast_gltf_fail(
-               gltf, CLAST_ERROR_LIMIT, packed,
-               "%llu bytes once decoded: expected at most %u times the file's buffers and 32 MiB for all views",
-               (unsigned long long)length, DECODED_RATIO);
-}
-
 static bool decode_view(clast_gltf *gltf, uint32_t index, const clast_gltf_value *view, const clast_gltf_value *packed,
                         clast_meshopt_stream *stream, clast_bytes *bytes)
 {
@@ -111,7 +94,7 @@ static bool decode_view(clast_gltf *gltf, uint32_t index, const clast_gltf_value
         return true;
     }
     if (!read_stream(gltf, packed, length, stream) || !open_range(gltf, packed, &from, &buffer) ||
-        !check_ratio(gltf, packed, length)) {
+        !clast_gltf_account(gltf, packed, length, 1)) {
         return false;
     }
     unsigned char *block = clast_allocate(gltf->context, length, 1);
@@ -124,7 +107,6 @@ static bool decode_view(clast_gltf *gltf, uint32_t index, const clast_gltf_value
         return clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, packed, "the compressed stream: %s", fault);
     }
     gltf->decoded_views[index] = block;
-    gltf->decoded_bytes += length;
     *bytes = (clast_bytes){block, length};
     return true;
 }

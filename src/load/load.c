@@ -2,6 +2,8 @@
 // Which format a file has: by its contents, then by its name.
 #include "load/load.h"
 
+#include "load/account.h"
+
 // ------------------------------------------------------------------------------------------------------ kinds of JSON
 
 // Moves over the string that begins at `at`, and gives what follows it.
@@ -120,6 +122,7 @@ static clast_status load_path(clast_scene *scene, const char *path, bool within_
     clast_file_view file;
     clast_status status = clast_file_map(scene->context, path, &file);
     if (status == CLAST_OK) {
+        clast_account_read(scene, file.size);
         status = load_file(scene, path, &file, within_scene_file);
         clast_file_unmap(scene->context, &file);
     } else if (status == CLAST_ERROR_FILE_READ && clast_path_is_folder(path)) {

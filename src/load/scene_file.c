@@ -2,11 +2,12 @@
 // Scene files: docs/scene-file.md says what they hold.
 #include <math.h>
 
+#include "load/account.h"
 #include "load/image.h"
+#include "load/json_text.h"
 #include "load/load.h"
 #include "load/scene_json.h"
 
-#define SCENE_FILE_BYTES ((uint64_t)64 << 20)
 #define COUNT(array) (sizeof(array) / sizeof(array)[0])
 
 static const float degree = 0.0174532925f; // in radians
@@ -127,6 +128,10 @@ static clast_status repeat(clast_scene *scene, scene_mark from, uint32_t copies)
     if (!clast_multiply_size(end - from.instances, copies, &added) || !clast_add_size(from.instances, added, &wanted) ||
         wanted >= CLAST_NONE) {
         return clast_fail(scene->context, CLAST_ERROR_LIMIT, "%u copies are more instances than a scene holds", copies);
+    }
+    clast_status fits = clast_account_make(scene, "the copies", added, sizeof *scene->instances);
+    if (fits != CLAST_OK) {
+        return fits;
     }
     clast_scene part = *scene; // these instances alone, for their bounds
     part.instances = scene->instances + from.instances;
@@ -636,21 +641,10 @@ static void read_root(scene_reader *reader, json_t *value)
 clast_status clast_load_scene_file(clast_scene *scene, const char *path, clast_file_view *file)
 {
     clast_context *context = scene->context;
-    clast_bytes bytes = {file->data, file->size};
-    if (bytes.size > SCENE_FILE_BYTES) {
-        return clast_fail(context, CLAST_ERROR_LIMIT, "%s: a scene file of %llu bytes: at most %llu are read", path,
-                          (unsigned long long)bytes.size, (unsigned long long)SCENE_FILE_BYTES);
-    }
-    if (clast_bytes_begin_with(bytes, "\xef\xbb\xbf")) { // a byte order mark
-        clast_bytes_slice(bytes, 3, bytes.size - 3, &bytes);
-    }
-    json_error_t error;
-    json_t *root = json_loadb((const char *)bytes.data, (size_t)bytes.size, JSON_REJECT_DUPLICATES, &error);
-    if (root == NULL) {
-        char text[JSON_ERROR_TEXT_LENGTH]; // it quotes the file
-        clast_copy_line(text, sizeof text, error.text);
-        return clast_fail(context, CLAST_ERROR_MALFORMED, "%s, line %d, column %d: %s", path, error.line, error.column,
-                          text);
+    json_t *root;
+    clast_status status = clast_json_parse(context, path, (clast_bytes){file->data, file->size}, &root);
+    if (status != CLAST_OK) {
+        return status;
     }
     scene_reader reader = {.json = {.context = context, .path = path}, .scene = scene};
     read_root(&reader, root);

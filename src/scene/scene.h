@@ -95,6 +95,8 @@ struct clast_scene {
     uint32_t instance_version;
     uint32_t light_version;
     uint32_t position_version; // of all meshes: grows when positions are replaced
+    uint64_t stored_bytes,
+        made_bytes; // what loaders have read for it, and what they have made of that (load/account.h)
 };
 
 static inline bool clast_geometry_is_mesh(const clast_geometry *geometry)
