@@ -157,16 +157,17 @@
 #define CLAST_PASS_LIST(X) \
     X(CLAST_PASS_ANIMATE, 0, "animate", "poses and instance transforms of this frame") \
     X(CLAST_PASS_CLASSIFY, 1, "classify", "which instances the camera sees") \
-    X(CLAST_PASS_COUNT, 2, "count", "what the wanted rate needs") \
-    X(CLAST_PASS_FIT, 3, "fit", "the largest rate that fits the budget") \
-    X(CLAST_PASS_EMIT, 4, "emit", "cluster records") \
-    X(CLAST_PASS_FILL, 5, "fill", "vertices") \
-    X(CLAST_PASS_REFIT, 6, "refit", "cluster acceleration structures") \
-    X(CLAST_PASS_BLAS, 7, "blas", "trees over the clusters of each unit") \
-    X(CLAST_PASS_TLAS, 8, "tlas", "the tree over the instances") \
-    X(CLAST_PASS_LIGHTS, 9, "lights", "tables for sampling the lights") \
-    X(CLAST_PASS_TRACE, 10, "trace", "visibility of the primary rays") \
-    X(CLAST_PASS_SHADE, 11, "shade", "radiance and the other views")
+    X(CLAST_PASS_OCCLUDE, 2, "occlude", "which instances lie behind others, by a coarse pass") \
+    X(CLAST_PASS_COUNT, 3, "count", "what the wanted rate needs") \
+    X(CLAST_PASS_FIT, 4, "fit", "the largest rate that fits the budget") \
+    X(CLAST_PASS_EMIT, 5, "emit", "cluster records") \
+    X(CLAST_PASS_FILL, 6, "fill", "vertices") \
+    X(CLAST_PASS_REFIT, 7, "refit", "cluster acceleration structures") \
+    X(CLAST_PASS_BLAS, 8, "blas", "trees over the clusters of each unit") \
+    X(CLAST_PASS_TLAS, 9, "tlas", "the tree over the instances") \
+    X(CLAST_PASS_LIGHTS, 10, "lights", "tables for sampling the lights") \
+    X(CLAST_PASS_TRACE, 11, "trace", "visibility of the primary rays") \
+    X(CLAST_PASS_SHADE, 12, "shade", "radiance and the other views")
 
 /* The settings of a render, from which come clast_render_settings, the command line, the scene file's "settings" and
  * the help. Zero always means the default; a number whose default is another is zero where it is CLAST_ZERO. On the

@@ -18,6 +18,7 @@ typedef struct clast_backend {
 #define CLAST_FRAME_CPU_PASSES(X) \
     X(CLAST_PASS_ANIMATE, clast_cpu_animate) \
     X(CLAST_PASS_CLASSIFY, clast_cpu_classify) \
+    X(CLAST_PASS_OCCLUDE, clast_cpu_occlude) \
     X(CLAST_PASS_COUNT, clast_cpu_count) \
     X(CLAST_PASS_FIT, clast_cpu_fit) \
     X(CLAST_PASS_EMIT, clast_cpu_emit) \

@@ -153,15 +153,13 @@ static clast_status make_pool(clast_frame *frame, clast_frame_unit *unit, size_t
     return status == CLAST_OK ? clast_clas_pool_resize(unit->clas, &room) : status;
 }
 
-static void share_time(clast_frame *frame, const fill_job *job, double milliseconds)
+static double fit_share(const fill_job *job)
 {
     double fill = (double)atomic_load(&job->fill_time), fit = (double)atomic_load(&job->fit_time);
-    double moved = fill + fit > 0.0 ? milliseconds * fit / (fill + fit) : 0.0;
-    frame->milliseconds[CLAST_PASS_FILL] -= moved;
-    frame->milliseconds[CLAST_PASS_REFIT] += moved;
+    return fill + fit > 0.0 ? fit / (fill + fit) : 0.0;
 }
 
-clast_status clast_unit_fill(clast_frame *frame, clast_frame_unit *unit)
+clast_status clast_unit_fill(clast_frame *frame, clast_frame_unit *unit, double *fit_milliseconds)
 {
     if (unit->change == CLAST_CHANGE_NOTHING || unit->vertex_count == 0) {
         return CLAST_OK;
@@ -176,7 +174,7 @@ clast_status clast_unit_fill(clast_frame *frame, clast_frame_unit *unit)
     if (status == CLAST_OK) {
         double start = clast_clock();
         clast_parallel_for(frame->context, unit->record_count, job.grain, fill_range, &job);
-        share_time(frame, &job, (clast_clock() - start) * 1e3);
+        *fit_milliseconds += (clast_clock() - start) * 1e3 * fit_share(&job);
         status = (clast_status)atomic_load(&job.status);
     }
     clast_free(frame->context, job.places);
@@ -187,9 +185,12 @@ clast_status clast_cpu_fill(clast_frame *frame, void *target)
 {
     (void)target;
     clast_status status = CLAST_OK;
+    double moved = 0.0;
     for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
-        status = frame->units[i].used ? clast_unit_fill(frame, &frame->units[i]) : CLAST_OK;
+        status = frame->units[i].used ? clast_unit_fill(frame, &frame->units[i], &moved) : CLAST_OK;
     }
+    frame->milliseconds[CLAST_PASS_FILL] -= moved;
+    frame->milliseconds[CLAST_PASS_REFIT] += moved;
     return status;
 }
 

@@ -2,7 +2,7 @@
 // Pass classify: which instances the camera sees, and from where each unit is adapted. That camera is the one that decides
 // rates, which may be another than the picture's.
 #include "base/thread.h"
-#include "frame/backend.h"
+#include "frame/unit.h"
 #include "shared/transform.h"
 
 enum { INSTANCE_GRAIN = 1024 };
@@ -47,6 +47,10 @@ static bool outside_camera(const clast_camera *camera, const clast_box *box)
 {
     if (box_is_empty(box)) {
         return true;
+    }
+    // All around, and through a lens from beside the pinhole's cone, anything may be seen.
+    if (camera->projection == CLAST_PROJECTION_PANORAMA || camera->lens_radius > 0.0f) {
+        return false;
     }
     vec3 position = load3(camera->position);
     vec3 forward = load3(camera->forward);
@@ -157,6 +161,7 @@ static void classify_range(void *data, size_t begin, size_t end, uint32_t worker
     for (size_t i = begin; i < end; i++) {
         clast_frame_instance *instance = &frame->instances[i];
         instance->bounds = transform_box(&instance->to_world, &frame->units[instance->unit].bounds);
+        instance->occluded = false;
         instance->hidden = outside_camera(&frame->settings.rate_camera, &instance->bounds);
     }
 }
@@ -194,21 +199,21 @@ static clast_source_view view_of(const clast_frame_settings *settings, const uni
         .pixels = pixels_of(settings),
         .near_plane = camera->near_plane,
         .projection = camera->projection,
-        .metric = settings->metric,
+        .metric = camera->projection == CLAST_PROJECTION_PANORAMA && settings->metric == CLAST_METRIC_PIXELS
+                      ? CLAST_METRIC_SPHERE
+                      : settings->metric,
         .segment = (float)settings->segment,
         .hidden_fraction = (float)settings->hidden_fraction,
         .alone = found->instances == 1 ? 1u : 0u,
     };
 }
 
-clast_status clast_cpu_classify(clast_frame *frame, void *target)
+clast_status clast_frame_view_units(clast_frame *frame)
 {
-    (void)target;
     unit_view *views = clast_allocate_zeroed(frame->context, frame->unit_count, sizeof *views);
     if (views == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, classify_range, frame);
     for (size_t i = 0; i < frame->instance_count; i++) {
         look_at_instance(frame, &frame->instances[i], &views[frame->instances[i].unit]);
     }
@@ -220,4 +225,11 @@ clast_status clast_cpu_classify(clast_frame *frame, void *target)
     }
     clast_free(frame->context, views);
     return CLAST_OK;
+}
+
+clast_status clast_cpu_classify(clast_frame *frame, void *target)
+{
+    (void)target;
+    clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, classify_range, frame);
+    return clast_frame_view_units(frame);
 }

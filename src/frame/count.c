@@ -121,13 +121,14 @@ clast_status clast_unit_count(clast_frame *frame, clast_frame_unit *unit, float 
     return CLAST_OK;
 }
 
-static void find_minimum(clast_frame *frame, clast_frame_unit *unit)
+clast_frame_need clast_unit_minimum(clast_frame *frame, clast_frame_unit *unit)
 {
     if (!unit->minimum_known) {
         count_job job = {.unit = unit, .view = view_at(unit, CLAST_RATE_LEAST)};
         unit->minimum = run_count(frame, &job);
         unit->minimum_known = true;
     }
+    return unit->minimum;
 }
 
 void clast_frame_add_need(clast_frame_need *sum, const clast_frame_need *need)
@@ -142,8 +143,9 @@ void clast_frame_add_need(clast_frame_need *sum, const clast_frame_need *need)
 
 clast_frame_need clast_frame_instance_need(const clast_frame *frame)
 {
-    return (clast_frame_need){.bytes = add_bytes(clast_tlas_memory(frame->instance_count),
-                                                 frame->instance_count * sizeof *frame->tlas_instances)};
+    uint64_t bytes = add_bytes(clast_tlas_memory(frame->instance_count),
+                               frame->instance_count * sizeof *frame->tlas_instances);
+    return (clast_frame_need){.bytes = add_bytes(bytes, frame->occlude_bytes)};
 }
 
 clast_status clast_frame_count(clast_frame *frame, float rate, clast_frame_need *need)
@@ -163,12 +165,6 @@ clast_status clast_frame_count(clast_frame *frame, float rate, clast_frame_need 
 clast_status clast_cpu_count(clast_frame *frame, void *target)
 {
     (void)target;
-    frame->minimum = clast_frame_instance_need(frame);
-    for (size_t i = 0; i < frame->unit_count; i++) {
-        if (frame->units[i].used) {
-            find_minimum(frame, &frame->units[i]);
-            clast_frame_add_need(&frame->minimum, &frame->units[i].minimum);
-        }
-    }
-    return clast_frame_count(frame, (float)frame->settings.rate, &frame->wanted);
+    clast_status status = clast_frame_check_minimum(frame);
+    return status != CLAST_OK ? status : clast_frame_count(frame, (float)frame->settings.rate, &frame->wanted);
 }

@@ -143,6 +143,21 @@ static clast_status refuse(clast_frame *frame, const budget *b)
                       (unsigned long long)b->most, b->unit, (unsigned long long)needed(b, &frame->minimum));
 }
 
+clast_status clast_frame_check_minimum(clast_frame *frame)
+{
+    budget budgets[BUDGETS];
+    list_budgets(&frame->settings, budgets);
+    frame->minimum = clast_frame_instance_need(frame);
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        if (frame->units[i].used) {
+            clast_frame_need unit = clast_unit_minimum(frame, &frame->units[i]);
+            clast_frame_add_need(&frame->minimum, &unit);
+        }
+    }
+    const budget *broken = broken_budget(budgets, &frame->minimum);
+    return broken != NULL ? refuse(frame, broken) : CLAST_OK;
+}
+
 clast_status clast_unit_settle(clast_frame *frame, clast_frame_unit *unit, float rate)
 {
     clast_frame_need sum = unit->sum;
@@ -175,12 +190,8 @@ clast_status clast_cpu_fit(clast_frame *frame, void *target)
     (void)target;
     step_search search = {.frame = frame, .need = frame->wanted};
     list_budgets(&frame->settings, search.budgets);
-    const budget *broken = broken_budget(search.budgets, &frame->minimum);
-    if (broken != NULL) {
-        return refuse(frame, broken);
-    }
     uint32_t step = 0;
-    broken = broken_budget(search.budgets, &frame->wanted);
+    const budget *broken = broken_budget(search.budgets, &frame->wanted);
     frame->bound = broken != NULL ? broken->bound : CLAST_BOUND_NONE;
     clast_status status = broken != NULL ? find_step(&search, &step) : CLAST_OK;
     frame->fitted_rate = clast_frame_rate_step(step);

@@ -2,7 +2,7 @@
 #include "frame/frame.h"
 
 #include "base/thread.h"
-#include "frame/backend.h"
+#include "frame/unit.h"
 
 clast_status clast_frame_create(clast_scene *scene, clast_cooked *cooked, clast_frame **result)
 {
@@ -24,7 +24,7 @@ clast_status clast_frame_create(clast_scene *scene, clast_cooked *cooked, clast_
     return CLAST_OK;
 }
 
-static void destroy_unit(clast_context *context, clast_frame_unit *unit)
+void clast_unit_free(clast_context *context, clast_frame_unit *unit)
 {
     if (unit->blas != NULL) {
         clast_blas_destroy(unit->blas);
@@ -47,8 +47,9 @@ void clast_frame_destroy(clast_frame *frame)
     clast_context *context = frame->context;
     clast_tlas_destroy(frame->tlas);
     for (size_t i = 0; i < frame->unit_count; i++) {
-        destroy_unit(context, &frame->units[i]);
+        clast_unit_free(context, &frame->units[i]);
     }
+    clast_frame_free_coarse(frame);
     clast_frame_motion_destroy(context, &frame->motion);
     clast_free(context, frame->units);
     clast_free(context, frame->instances);
@@ -88,6 +89,7 @@ static clast_status run_pass(clast_frame *frame, const clast_backend *backend, c
 static void forget(clast_frame *frame)
 {
     clast_tlas_build(frame->tlas, NULL, 0, CLAST_BUILD_BEST);
+    clast_frame_free_coarse(frame);
     frame->instance_count = 0;
     frame->frame_instance_of_count = 0;
     frame->emitter_count = 0;

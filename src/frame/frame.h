@@ -53,7 +53,18 @@ typedef struct clast_frame_instance {
     clast_transform to_object;
     clast_box bounds; // world space
     bool hidden;      // the camera cannot see it; rays still do
+    bool occluded;    // and that is since it lies behind others
 } clast_frame_instance;
+
+// The farthest depths of parts of the picture, as a coarse pass found them, in levels of half as many a side until there is
+// one.
+typedef struct clast_depth_pyramid {
+    float *depths;
+    size_t capacity;
+    size_t first;           // where the levels begin, the finest first
+    uint32_t width, height; // of the finest
+    uint32_t level_count;   // 0: nothing is known
+} clast_depth_pyramid;
 
 // An emissive triangle in world space.
 typedef struct clast_emitter {
@@ -96,7 +107,12 @@ typedef struct clast_frame {
     uint32_t *frame_instance_of;    // by scene instance; CLAST_NONE where it is not in the frame
     size_t frame_instance_of_count; // the scene's instances when the frame was made
     size_t frame_instance_capacity;
-    clast_tlas *tlas; // hits name the scene's instance
+    clast_tlas *tlas;         // hits name the scene's instance
+    clast_frame_unit *coarse; // by geometry number: at the least rate, of units that adapt
+    size_t coarse_count, coarse_capacity;
+    clast_tlas *coarse_tlas; // hits name the frame's instance
+    clast_depth_pyramid pyramid;
+    uint64_t occlude_bytes; // that all of this takes, at most
     clast_frame_motion motion;
     uint64_t moved_vertices; // that were posed anew for this frame
     clast_emitter *emitters; // in order of instance, then primitive

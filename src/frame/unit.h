@@ -16,19 +16,30 @@ static inline size_t clast_frame_grain(size_t count, size_t most)
 clast_change clast_unit_change(const clast_frame *frame, const clast_frame_unit *unit, float rate);
 // What the unit needs at a rate. Units whose records stay as they are need not be asked; others keep what each item needs.
 clast_status clast_unit_count(clast_frame *frame, clast_frame_unit *unit, float rate, clast_frame_need *need);
+clast_frame_need clast_unit_minimum(clast_frame *frame, clast_frame_unit *unit);
 // What all used units need at a rate, and the instances.
 clast_status clast_frame_count(clast_frame *frame, float rate, clast_frame_need *need);
 clast_frame_need clast_frame_instance_need(const clast_frame *frame);
 void clast_frame_add_need(clast_frame_need *sum, const clast_frame_need *need);
-// Decides that the unit has this rate in this frame (fit.c).
+// Finds the minimum of the frame, and refuses budgets below it (fit.c).
+clast_status clast_frame_check_minimum(clast_frame *frame);
+// Decides that the unit has this rate in this frame.
 clast_status clast_unit_settle(clast_frame *frame, clast_frame_unit *unit, float rate);
 // Writes the records of a unit whose topology changes (emit.c).
 clast_status clast_unit_emit(clast_frame *frame, clast_frame_unit *unit);
-// Writes the vertices of a unit that are not resident, and fits its clusters to them (build.c).
-clast_status clast_unit_fill(clast_frame *frame, clast_frame_unit *unit);
+// Writes the vertices of a unit that are not resident, and fits its clusters to them (build.c). To `fit_milliseconds` is
+// added how long the latter took.
+clast_status clast_unit_fill(clast_frame *frame, clast_frame_unit *unit, double *fit_milliseconds);
 // Makes the clusters of a unit whose vertices are all resident, or fits them anew.
 clast_status clast_unit_refit(clast_frame *frame, clast_frame_unit *unit);
 // Builds the tree. What the passes before made is known from now on.
 clast_status clast_unit_build(clast_frame_unit *unit);
+// Frees all that was made of a unit.
+void clast_unit_free(clast_context *context, clast_frame_unit *unit);
+
+// Finds from where each unit is adapted, of which instances the camera sees (classify.c).
+clast_status clast_frame_view_units(clast_frame *frame);
+// Frees what the pass occlude made.
+void clast_frame_free_coarse(clast_frame *frame);
 
 #endif

@@ -104,7 +104,7 @@ FN uint wave_segments(clast_wave_sheet sheet, clast_source_view view)
     vec3 away = vec3(wave_outside(eye[0], half_size), wave_outside(eye[1], abs1(sheet.amplitude)),
                      wave_outside(eye[2], half_size));
     precise float distance_square = dot3(away, away);
-    float share = view.hidden != 0u ? 0.25f : 1.0f;
+    float share = view.hidden != 0u ? view.hidden_fraction : 1.0f;
     precise float wanted = sheet.tile_length * view.pixels_per_unit * (view.rate * share);
     uint segments = 1u;
     for (; segments < GRID_SEGMENTS; segments++) {

@@ -102,6 +102,9 @@ typedef struct clast_source {
     // Compares what was made (pose, view) with what is wanted.
     clast_change (*changed)(const clast_unit *unit, const clast_pose *before, const clast_source_view *view_before,
                             const clast_pose *now, const clast_source_view *view_now);
+    // How far the surface may be, at any rate, from that at CLAST_RATE_LEAST; infinite where that is not known. Null for
+    // sources that do not adapt.
+    float (*deviation)(const clast_unit *unit, const clast_pose *pose);
     // Describes the cooked arrays; returns how many.
     uint32_t (*arrays)(const clast_unit *unit, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST]);
 

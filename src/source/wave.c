@@ -147,6 +147,12 @@ static clast_change changed(const clast_unit *base, const clast_pose *before, co
     return same && before->version == now->version ? CLAST_CHANGE_NOTHING : CLAST_CHANGE_VERTICES;
 }
 
+static float deviation(const clast_unit *unit, const clast_pose *pose)
+{
+    (void)pose;
+    return 2.0f * fabsf(wave_of(unit)->sheet.amplitude);
+}
+
 static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST])
 {
     const wave_unit *unit = wave_of(base);
@@ -278,6 +284,7 @@ const clast_source CLAST_SOURCE_WAVE_TABLE = {
     .update = update,
     .bounds = bounds,
     .changed = changed,
+    .deviation = deviation,
     .arrays = arrays,
     .count = count,
     .emit = emit,

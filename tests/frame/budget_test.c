@@ -102,6 +102,65 @@ static void a_budget_below_the_minimum_is_refused_with_the_number(void **state)
     stage_close(&s);
 }
 
+// Bytes that the frame holds, all of them.
+static uint64_t held_bytes(const clast_frame *frame)
+{
+    clast_frame_bytes bytes = clast_frame_count_bytes(frame);
+    return bytes.records + bytes.vertices + bytes.clas + bytes.blas + bytes.tlas;
+}
+
+static void clusters_and_memory_are_bounded_too_and_it_is_told_what_bound(void **state)
+{
+    stage s = stage_open(*state);
+    shape_add_instance(s.context, s.scene, shape_add_wave(s.context, s.scene, 8), 0, -1, 0, 1);
+    shape_add_instance(s.context, s.scene, shape_add_sphere(s.context, s.scene, 10, 10), 0, 0, 0, 1);
+    stage_run(&s);
+    clast_frame_need all = s.frame->wanted;
+    assert_int_equal(s.frame->bound, CLAST_BOUND_NONE);
+    assert_memory_equal(&all, &s.frame->granted, sizeof all);
+    assert_true(held_bytes(s.frame) <= all.bytes);
+    s.frame->settings.max_bytes = (s.frame->minimum.bytes + all.bytes) / 2;
+    stage_run(&s);
+    assert_int_equal(s.frame->bound, CLAST_BOUND_MEMORY);
+    assert_true(s.frame->granted.bytes <= s.frame->settings.max_bytes && s.frame->granted.bytes < all.bytes);
+    assert_true(held_bytes(s.frame) <= s.frame->settings.max_bytes); // what was there before gave way
+    assert_memory_equal(&all, &s.frame->wanted, sizeof all);
+    uint64_t triangles = s.frame->triangles;
+    s.frame->settings.max_triangles = triangles - 1;
+    stage_run(&s);
+    assert_int_equal(s.frame->bound, CLAST_BOUND_TRIANGLES);
+    assert_true(s.frame->triangles < triangles);
+    s.frame->settings.max_triangles = 0;
+    s.frame->settings.max_bytes = 0;
+    s.frame->settings.max_clusters = s.frame->minimum.clusters; // a tile is a cluster at any rate
+    stage_run(&s);
+    assert_int_equal(s.frame->bound, CLAST_BOUND_NONE);
+    assert_int_equal(s.frame->triangles, all.triangles);
+    stage_close(&s);
+}
+
+static void each_budget_below_its_minimum_is_refused_before_anything_is_made(void **state)
+{
+    clast_context *context = *state;
+    stage s = stage_open(context);
+    shape_add_instance(context, s.scene, shape_add_wave(context, s.scene, 8), 0, -1, 0, 1);
+    shape_add_instance(context, s.scene, shape_add_sphere(context, s.scene, 100, 100), 0, 0, 0, 1);
+    s.frame->settings.max_bytes = 10000;
+    assert_int_equal(stage_try(&s), CLAST_ERROR_BUDGET);
+    char number[32];
+    snprintf(number, sizeof number, "%llu", (unsigned long long)s.frame->minimum.bytes);
+    assert_non_null(strstr(clast_context_error(context), number));
+    assert_true(held_bytes(s.frame) < 10000);
+    s.frame->settings.max_bytes = s.frame->minimum.bytes;
+    stage_run(&s);
+    assert_true(held_bytes(s.frame) <= s.frame->minimum.bytes);
+    s.frame->settings.max_bytes = 0;
+    s.frame->settings.max_clusters = s.frame->minimum.clusters - 1;
+    assert_int_equal(stage_try(&s), CLAST_ERROR_BUDGET);
+    assert_non_null(strstr(clast_context_error(context), "clusters"));
+    stage_close(&s);
+}
+
 static void instances_do_not_count_twice(void **state)
 {
     clast_context *context = *state;
@@ -207,6 +266,8 @@ int main(void)
         CONTEXT_TEST(budgets_are_kept_and_used),
         CONTEXT_TEST(the_first_step_that_fits_is_taken),
         CONTEXT_TEST(a_budget_below_the_minimum_is_refused_with_the_number),
+        CONTEXT_TEST(clusters_and_memory_are_bounded_too_and_it_is_told_what_bound),
+        CONTEXT_TEST(each_budget_below_its_minimum_is_refused_before_anything_is_made),
         CONTEXT_TEST(instances_do_not_count_twice),
         CONTEXT_TEST(what_the_camera_cannot_see_is_hidden_and_coarser_but_there),
         CONTEXT_TEST(every_side_of_the_frustum_hides),

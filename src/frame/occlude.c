@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pass occlude: what hides behind what. A coarse pass of the same frame traces the scene at the least rate and keeps the
+// farthest depths that it saw; an instance that lies behind them is hidden. So a frame's picture does not depend on the
+// frames before. Nothing is done where no unit adapts, or where being hidden changes nothing.
+//
+// The depths err to the far side: to them comes how far a unit may be from its coarse form; each is the farthest of its
+// neighbours; transparent surfaces, and backs of triangles, hide nothing.
+#include <math.h>
+
+#include "base/thread.h"
+#include "frame/unit.h"
+#include "shared/camera.h"
+#include "shared/transform.h"
+
+enum {
+    PIXELS = 8,     // of the picture, to a side of a depth
+    TILE = 8,       // depths, to a side: rays that go together
+    LOOKED_AT = 32, // depths, to a side, that a box is compared with
+    INSTANCE_GRAIN = 64,
+};
+
+static bool is_wanted(const clast_frame *frame)
+{
+    bool adapts = false;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        adapts = adapts || (frame->units[i].used && clast_source_of(frame->units[i].unit)->adapts);
+    }
+    return adapts && frame->settings.hidden_fraction < 1.0 && frame->settings.rate > 0.0;
+}
+
+// ---------------------------------------------------------------------------------------------------- the coarse scene
+
+static clast_status make_unit(clast_frame *frame, clast_frame_unit *unit, float rate)
+{
+    double fit_milliseconds = 0.0;
+    clast_status status = clast_unit_settle(frame, unit, rate);
+    status = status == CLAST_OK ? clast_unit_emit(frame, unit) : status;
+    status = status == CLAST_OK ? clast_unit_fill(frame, unit, &fit_milliseconds) : status;
+    status = status == CLAST_OK ? clast_unit_refit(frame, unit) : status;
+    return status == CLAST_OK ? clast_unit_build(unit) : status;
+}
+
+// A unit that does not adapt is made as it will be, one that does has a coarse twin.
+static clast_status make_coarse(clast_frame *frame, size_t number)
+{
+    clast_frame_unit *unit = &frame->units[number], *twin = &frame->coarse[number];
+    if (!unit->used) {
+        return CLAST_OK;
+    }
+    if (!clast_source_of(unit->unit)->adapts) {
+        return make_unit(frame, unit, (float)frame->settings.rate);
+    }
+    twin->unit = unit->unit;
+    twin->view = unit->view;
+    twin->pose = unit->pose;
+    twin->counted = false;
+    if (twin->made_serial != unit->unit->serial) {
+        twin->made_serial = unit->unit->serial;
+        twin->made = false;
+    }
+    return make_unit(frame, twin, CLAST_RATE_LEAST);
+}
+
+static const clast_frame_unit *coarse_of(const clast_frame *frame, uint32_t unit)
+{
+    return clast_source_of(frame->units[unit].unit)->adapts ? &frame->coarse[unit] : &frame->units[unit];
+}
+
+static clast_status build_tlas(clast_frame *frame)
+{
+    clast_status status = CLAST_RESERVE(frame->context, frame->tlas_instances, frame->tlas_instance_capacity,
+                                        frame->instance_count);
+    if (status == CLAST_OK && frame->coarse_tlas == NULL) {
+        status = clast_tlas_create(frame->context, &frame->coarse_tlas);
+    }
+    if (status != CLAST_OK) {
+        return status;
+    }
+    for (size_t i = 0; i < frame->instance_count; i++) {
+        const clast_frame_instance *instance = &frame->instances[i];
+        const clast_frame_unit *unit = coarse_of(frame, instance->unit);
+        bool hides = unit->record_count != 0 && !frame->units[instance->unit].filtered;
+        clast_tlas_instance *to = &frame->tlas_instances[i];
+        *to = (clast_tlas_instance){.blas = hides ? unit->blas : NULL, .id = (uint32_t)i};
+        memcpy(to->transform, &instance->to_world, sizeof to->transform);
+    }
+    return clast_tlas_build(frame->coarse_tlas, frame->tlas_instances, frame->instance_count, CLAST_BUILD_FAST);
+}
+
+static clast_status make_scene(clast_frame *frame)
+{
+    clast_status status = CLAST_RESERVE(frame->context, frame->coarse, frame->coarse_capacity, frame->unit_count);
+    while (status == CLAST_OK && frame->coarse_count < frame->unit_count) {
+        frame->coarse[frame->coarse_count++] = (clast_frame_unit){0};
+    }
+    for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
+        status = make_coarse(frame, i);
+    }
+    return status == CLAST_OK ? build_tlas(frame) : status;
+}
+
+// ------------------------------------------------------------------------------------------------------------- depths
+
+static size_t pyramid_size(uint32_t width, uint32_t height)
+{
+    size_t size = (size_t)width * height;
+    while (width > 1 || height > 1) {
+        width = (width + 1) / 2;
+        height = (height + 1) / 2;
+        size += (size_t)width * height;
+    }
+    return size;
+}
+
+static clast_status begin_depths(clast_frame *frame)
+{
+    clast_depth_pyramid *pyramid = &frame->pyramid;
+    uint32_t width = (frame->settings.width + PIXELS - 1) / PIXELS;
+    uint32_t height = (frame->settings.height + PIXELS - 1) / PIXELS;
+    pyramid->width = width > 0 ? width : 1;
+    pyramid->height = height > 0 ? height : 1;
+    size_t first = (size_t)pyramid->width * pyramid->height;
+    pyramid->first = first; // what was traced comes before the levels
+    return CLAST_RESERVE(frame->context, pyramid->depths, pyramid->capacity,
+                         first + pyramid_size(pyramid->width, pyramid->height));
+}
+
+// How far behind a hit the surface may be.
+static float slack_of(const clast_frame *frame, const clast_frame_instance *instance)
+{
+    const clast_frame_unit *unit = &frame->units[instance->unit];
+    const clast_source *source = clast_source_of(unit->unit);
+    float slack = source->deviation != NULL ? source->deviation(unit->unit, &unit->pose) : 0.0f;
+    float square = 0.0f; // at least that of the longest that a unit length becomes
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        const float *row = instance->to_world.rows[axis].v;
+        square += row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
+    }
+    return slack * sqrtf(square);
+}
+
+// Surfaces that may be elsewhere in the picture, by more than a depth is wide, hide nothing.
+static float depth_of(const clast_frame *frame, const clast_camera_ray *ray, const clast_hit *hit)
+{
+    const clast_camera *camera = &frame->settings.rate_camera;
+    const float *d = ray->direction.v, *n = hit->normal;
+    if (hit->instance == CLAST_NONE || !(n[0] * d[0] + n[1] * d[1] + n[2] * d[2] < 0.0f)) {
+        return INFINITY;
+    }
+    float depth = camera_depth(*camera, *ray, hit->t), slack = slack_of(frame, &frame->instances[hit->instance]);
+    float pixels = slack * (float)frame->settings.height / (2.0f * camera->vertical_extent);
+    bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
+    return pixels <= (float)PIXELS * (parallel ? 1.0f : depth) ? depth + slack : INFINITY;
+}
+
+static void trace_tile(const clast_frame *frame, uint32_t left, uint32_t top)
+{
+    const clast_depth_pyramid *pyramid = &frame->pyramid;
+    clast_camera_ray from[TILE * TILE];
+    clast_ray rays[TILE * TILE];
+    clast_hit hits[TILE * TILE];
+    for (uint32_t i = 0; i < TILE * TILE; i++) {
+        float x = ((float)(left + i % TILE) + 0.5f) / (float)pyramid->width;
+        float y = ((float)(top + i / TILE) + 0.5f) / (float)pyramid->height;
+        from[i] = camera_ray(frame->settings.rate_camera, x, y);
+        memcpy(rays[i].origin, from[i].origin.v, sizeof rays[i].origin);
+        memcpy(rays[i].direction, from[i].direction.v, sizeof rays[i].direction);
+        rays[i].t_min = from[i].t_min;
+        rays[i].t_max = from[i].t_max;
+    }
+    clast_trace_closest(frame->coarse_tlas, rays, TILE * TILE, NULL, hits);
+    for (uint32_t i = 0; i < TILE * TILE; i++) {
+        uint32_t x = left + i % TILE, y = top + i / TILE;
+        if (x < pyramid->width && y < pyramid->height) {
+            pyramid->depths[(size_t)y * pyramid->width + x] = depth_of(frame, &from[i], &hits[i]);
+        }
+    }
+}
+
+static uint32_t tiles_across(const clast_depth_pyramid *pyramid)
+{
+    return (pyramid->width + TILE - 1) / TILE;
+}
+
+static void trace_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const clast_frame *frame = data;
+    uint32_t across = tiles_across(&frame->pyramid);
+    for (size_t i = begin; i < end; i++) {
+        trace_tile(frame, (uint32_t)(i % across) * TILE, (uint32_t)(i / across) * TILE);
+    }
+}
+
+// The farthest of the places [left, right) x [top, bottom) of a level, as far as they are there.
+static float farthest(const float *level, int64_t width, int64_t height, int64_t left, int64_t top, int64_t right,
+                      int64_t bottom)
+{
+    float most = 0.0f;
+    for (int64_t y = top > 0 ? top : 0; y < bottom && y < height; y++) {
+        for (int64_t x = left > 0 ? left : 0; x < right && x < width; x++) {
+            most = max1(most, level[y * width + x]);
+        }
+    }
+    return most;
+}
+
+static void build_levels(clast_depth_pyramid *pyramid)
+{
+    int64_t width = pyramid->width, height = pyramid->height;
+    const float *from = pyramid->depths;
+    float *to = pyramid->depths + pyramid->first;
+    for (int64_t i = 0; i < width * height; i++) { // with all neighbours
+        int64_t x = i % width, y = i / width;
+        to[i] = farthest(from, width, height, x - 1, y - 1, x + 2, y + 2);
+    }
+    pyramid->level_count = 1;
+    while (width > 1 || height > 1) {
+        from = to;
+        to += width * height;
+        int64_t wide = (width + 1) / 2, high = (height + 1) / 2;
+        for (int64_t i = 0; i < wide * high; i++) {
+            int64_t x = i % wide, y = i / wide;
+            to[i] = farthest(from, width, height, 2 * x, 2 * y, 2 * x + 2, 2 * y + 2);
+        }
+        width = wide;
+        height = high;
+        pyramid->level_count++;
+    }
+}
+
+// -------------------------------------------------------------------------------------------------------------- boxes
+
+// Where a box is in the picture, from 0 to 1 each way, and its nearest depth.
+typedef struct box_extent {
+    float left, top, right, bottom;
+    float depth;
+    bool sound; // all of it lies beyond the near plane
+} box_extent;
+
+static box_extent extent_of(const clast_camera *camera, const clast_box *box)
+{
+    box_extent e = {1.0f, 1.0f, 0.0f, 0.0f, INFINITY, true};
+    bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
+    for (uint32_t corner = 0; corner < 8; corner++) {
+        vec3 away;
+        for (uint32_t axis = 0; axis < 3; axis++) {
+            away[axis] = (corner >> axis & 1) != 0 ? box->upper.v[axis] : box->lower.v[axis];
+        }
+        away = away - load3(camera->position);
+        float depth = dot3(away, load3(camera->forward));
+        float scale = 0.5f / (camera->vertical_extent * (parallel ? 1.0f : depth));
+        float x = 0.5f + dot3(away, load3(camera->right)) * scale / camera->aspect;
+        float y = 0.5f - dot3(away, load3(camera->up)) * scale;
+        e.sound = e.sound && depth > camera->near_plane && depth > 0.0f && is_finite1(x) && is_finite1(y);
+        e.left = min1(e.left, x);
+        e.right = max1(e.right, x);
+        e.top = min1(e.top, y);
+        e.bottom = max1(e.bottom, y);
+        e.depth = min1(e.depth, depth);
+    }
+    return e;
+}
+
+static bool is_behind(const clast_frame *frame, const clast_box *box)
+{
+    const clast_depth_pyramid *pyramid = &frame->pyramid;
+    box_extent e = extent_of(&frame->settings.rate_camera, box);
+    if (!e.sound || !is_finite1(e.depth)) {
+        return false;
+    }
+    int64_t width = pyramid->width, height = pyramid->height;
+    int64_t left = (int64_t)(clamp1(e.left, 0.0f, 1.0f) * (float)width);
+    int64_t right = (int64_t)(clamp1(e.right, 0.0f, 1.0f) * (float)width) + 1;
+    int64_t top = (int64_t)(clamp1(e.top, 0.0f, 1.0f) * (float)height);
+    int64_t bottom = (int64_t)(clamp1(e.bottom, 0.0f, 1.0f) * (float)height) + 1;
+    const float *level = pyramid->depths + pyramid->first;
+    for (uint32_t i = 1; i < pyramid->level_count && (right - left > LOOKED_AT || bottom - top > LOOKED_AT); i++) {
+        level += width * height;
+        width = (width + 1) / 2;
+        height = (height + 1) / 2;
+        left /= 2;
+        top /= 2;
+        right = (right + 1) / 2;
+        bottom = (bottom + 1) / 2;
+    }
+    return e.depth > farthest(level, width, height, left, top, right, bottom) * 1.0001f;
+}
+
+static void hide_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    clast_frame *frame = data;
+    for (size_t i = begin; i < end; i++) {
+        clast_frame_instance *instance = &frame->instances[i];
+        bool adapts = clast_source_of(frame->units[instance->unit].unit)->adapts;
+        instance->occluded = adapts && !instance->hidden && is_behind(frame, &instance->bounds);
+        instance->hidden = instance->hidden || instance->occluded;
+    }
+}
+
+void clast_frame_free_coarse(clast_frame *frame)
+{
+    clast_tlas_destroy(frame->coarse_tlas);
+    frame->coarse_tlas = NULL;
+    for (size_t i = 0; i < frame->coarse_count; i++) {
+        clast_unit_free(frame->context, &frame->coarse[i]);
+    }
+    clast_free(frame->context, frame->coarse);
+    clast_free(frame->context, frame->pyramid.depths);
+    frame->coarse = NULL;
+    frame->coarse_count = frame->coarse_capacity = 0;
+    frame->pyramid = (clast_depth_pyramid){0};
+}
+
+clast_status clast_cpu_occlude(clast_frame *frame, void *target)
+{
+    (void)target;
+    frame->occlude_bytes = 0;
+    frame->pyramid.level_count = 0;
+    if (!is_wanted(frame)) {
+        clast_frame_free_coarse(frame);
+        return CLAST_OK;
+    }
+    clast_status status = begin_depths(frame);
+    frame->occlude_bytes = clast_tlas_memory(frame->instance_count) +
+                           frame->pyramid.capacity * sizeof *frame->pyramid.depths;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        clast_frame_unit *unit = &frame->units[i];
+        bool twin = unit->used && clast_source_of(unit->unit)->adapts;
+        frame->occlude_bytes += twin ? clast_unit_minimum(frame, unit).bytes : 0;
+    }
+    status = status == CLAST_OK ? clast_frame_check_minimum(frame) : status;
+    status = status == CLAST_OK ? make_scene(frame) : status;
+    if (status != CLAST_OK) {
+        return status;
+    }
+    uint32_t down = (frame->pyramid.height + TILE - 1) / TILE;
+    clast_parallel_for(frame->context, (size_t)tiles_across(&frame->pyramid) * down, 1, trace_range, frame);
+    build_levels(&frame->pyramid);
+    clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, hide_range, frame);
+    return clast_frame_view_units(frame);
+}
