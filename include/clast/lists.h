@@ -117,12 +117,22 @@
 /* X(name, value, text): camera projections. */
 #define CLAST_PROJECTION_LIST(X) \
     X(CLAST_PROJECTION_PERSPECTIVE, 0, "perspective") \
-    X(CLAST_PROJECTION_ORTHOGRAPHIC, 1, "orthographic")
+    X(CLAST_PROJECTION_ORTHOGRAPHIC, 1, "orthographic") \
+    X(CLAST_PROJECTION_PANORAMA, 2, "panorama") /* all around: longitude across, latitude up, forward in the middle */
 
 /* X(name, value, text): how radiance becomes a displayed colour. */
 #define CLAST_TONE_MAP_LIST(X) \
     X(CLAST_TONE_MAP_ACES, 0, "aces") \
-    X(CLAST_TONE_MAP_NONE, 1, "none")
+    X(CLAST_TONE_MAP_NONE, 1, "none") \
+    X(CLAST_TONE_MAP_AGX, 2, "agx") \
+    X(CLAST_TONE_MAP_NEUTRAL, 3, "neutral")
+
+/* X(name, value, text): how light is computed. */
+#define CLAST_INTEGRATOR_LIST(X) \
+    X(CLAST_INTEGRATOR_PATH, 0, "path")       /* all of it */ \
+    X(CLAST_INTEGRATOR_DIRECT, 1, "direct")   /* what lights send straight to surfaces */ \
+    X(CLAST_INTEGRATOR_AO, 2, "ao")           /* how open to all sides surfaces are, white */ \
+    X(CLAST_INTEGRATOR_PRIMARY, 3, "primary") /* base colours, as lit from the eye */
 
 /* X(name, value, text): what becomes of light that few paths find and that is bright then, as focused by glass. */
 #define CLAST_FIREFLIES_LIST(X) \
@@ -192,6 +202,7 @@
         "how the length of an edge's segments is measured: as projected, by distance alone, in the world, or not at all") \
     REAL(segment, 2.0, 1e-6, 1e6, "LENGTH", \
          "wanted length of a segment in the metric's unit; fixed: how many segments an edge has") \
+    TEXT(patterns, "", "FILE", "table of patterns that cut triangles, instead of the library's own: docs/patterns.md") \
     REAL(hidden_fraction, 0.25, 0.0, 1.0, "FRACTION", "of the wanted density, what is left where no camera ray looks") \
     REAL(displacement_scale, 1.0, -1e6, 1e6, "FACTOR", "scales the displacement of all materials") \
     TEXT(tess_camera, "", "CAMERA", \
@@ -202,6 +213,14 @@
     REAL(exposure, 0.0, -64.0, 64.0, "STOPS", "exposure of the picture, in powers of two") \
     CHOICE(fireflies, CLAST_FIREFLIES_LIST, CLAST_FIREFLIES_KEPT, \
            "rare bright light, as focused by glass; soften and clamp make less noise, and a darker picture") \
+    CHOICE(integrator, CLAST_INTEGRATOR_LIST, CLAST_INTEGRATOR_PATH, \
+           "all light, direct light only, openness (ao), or base colours as lit from the eye") \
+    REAL(ao_distance, 0.0, 0.0, 1e30, "LENGTH", \
+         "how far away what closes a surface for --integrator ao may be; 0 is endless") \
+    REAL(aperture, 0.0, 0.0, 1e30, "LENGTH", \
+         "diameter of the camera's lens; 0 is the camera's own, which is mostly a pinhole") \
+    REAL(focus, 0.0, 0.0, 1e30, "LENGTH", \
+         "distance that is sharp; 0 is the camera's own, which is mostly its target's") \
     CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \
     TEXT(camera, "", "CAMERA", \
          "name or number of a camera of the scene, or eye/target[/up[/fov]], as 0,1,4/0,0,0/0,1,0/45") \

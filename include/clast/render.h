@@ -16,6 +16,7 @@ extern "C" {
 typedef enum clast_view { CLAST_VIEW_LIST(CLAST_ENUMERATOR) CLAST_VIEW_COUNT_ } clast_view;
 typedef enum clast_metric { CLAST_METRIC_LIST(CLAST_ENUMERATOR) } clast_metric;
 typedef enum clast_tone_map { CLAST_TONE_MAP_LIST(CLAST_ENUMERATOR) } clast_tone_map;
+typedef enum clast_integrator { CLAST_INTEGRATOR_LIST(CLAST_ENUMERATOR) } clast_integrator;
 typedef enum clast_fireflies { CLAST_FIREFLIES_LIST(CLAST_ENUMERATOR) } clast_fireflies;
 typedef enum clast_pass { CLAST_PASS_LIST(CLAST_ENUMERATOR) CLAST_PASS_COUNT_ } clast_pass;
 typedef enum clast_bound { CLAST_BOUND_LIST(CLAST_ENUMERATOR) } clast_bound;

@@ -113,10 +113,11 @@ typedef struct clast_material_desc {
 /** X(slot): all texture slots of a material. */
 #define CLAST_MATERIAL_TEXTURE_LIST(X) \
     X(base_colour_texture) \
-    X(metallic_roughness_texture) X(normal_texture) X(occlusion_texture) X(emissive_texture) X(displacement_texture) \
-        X(specular_texture) X(specular_colour_texture) X(clearcoat_texture) X(clearcoat_roughness_texture) \
-            X(clearcoat_normal_texture) X(sheen_colour_texture) X(sheen_roughness_texture) X(anisotropy_texture) \
-                X(transmission_texture)
+    X(metallic_roughness_texture) \
+    X(normal_texture) \
+    X(occlusion_texture) X(emissive_texture) X(displacement_texture) X(specular_texture) X(specular_colour_texture) \
+        X(clearcoat_texture) X(clearcoat_roughness_texture) X(clearcoat_normal_texture) X(sheen_colour_texture) \
+            X(sheen_roughness_texture) X(anisotropy_texture) X(transmission_texture)
 
 /** Light grey, rough, not metallic, double sided, without textures or layers, of refractive index 1.5; a displacement texture
  *  has scale 1 and offset 0. */
@@ -227,6 +228,8 @@ typedef struct clast_camera_desc {
     float height;         /**< ORTHOGRAPHIC: of what is seen */
     float near_plane;     /**< 0 is none */
     float far_plane;      /**< 0 is none */
+    float aperture;       /**< diameter of the lens, in the scene's unit of length; 0 is a pinhole */
+    float focus;          /**< distance along the axis that is sharp; 0 is the target's */
 } clast_camera_desc;
 CLAST_API clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc *camera, const char *name,
                                               uint32_t *number);

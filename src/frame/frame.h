@@ -78,6 +78,7 @@ typedef struct clast_emitter {
 // What a frame is asked for.
 typedef struct clast_frame_settings {
     clast_camera camera;
+    double aperture, focus; // in place of the camera's; 0 is the camera's own
     uint32_t camera_number; // of the scene's, which it is and moves with; CLAST_NONE where it is none of them
     uint32_t width, height;
     double time;

@@ -36,6 +36,12 @@ static void move_camera(const clast_frame *frame, uint32_t number, clast_camera 
     }
 }
 
+static void focus_camera(const clast_frame_settings *settings, clast_camera *camera)
+{
+    camera->lens_radius = settings->aperture > 0.0 ? (float)(0.5 * settings->aperture) : camera->lens_radius;
+    camera->focus = settings->focus > 0.0 ? (float)settings->focus : camera->focus;
+}
+
 static void move_lights(clast_frame *frame)
 {
     const clast_scene *scene = frame->scene;
@@ -66,6 +72,8 @@ clast_status clast_frame_pose_scene(clast_frame *frame)
     clast_scene_pose(scene, moment, motion->nodes, motion->weights);
     move_camera(frame, frame->settings.camera_number, &frame->settings.camera);
     move_camera(frame, frame->settings.rate_camera_number, &frame->settings.rate_camera);
+    focus_camera(&frame->settings, &frame->settings.camera);
+    focus_camera(&frame->settings, &frame->settings.rate_camera);
     move_lights(frame);
     return CLAST_OK;
 }

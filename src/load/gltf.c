@@ -8,9 +8,22 @@
 #include "load/json_text.h"
 
 static const char *const EXTENSIONS[] = {
-    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",         "KHR_lights_punctual",
-    "KHR_materials_displacement", "KHR_materials_emissive_strength", "KHR_mesh_quantization",
-    "KHR_meshopt_compression",    "KHR_texture_transform",
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_displacement",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_texture_transform",
 };
 
 static bool has_extension(const char *name)

@@ -64,8 +64,8 @@ typedef struct clast_gltf_buffer {
 typedef struct clast_gltf_material {
     uint32_t number;  // in the scene; CLAST_NONE before it is read
     uint32_t sets[2]; // CLAST_NONE where none
-    bool has_normal_map;
-    uint32_t normal_set; // 0 or 1: the slot of the normal map
+    bool needs_tangents;
+    uint32_t normal_set; // 0 or 1: the slot whose coordinates they follow
 } clast_gltf_material;
 
 typedef struct clast_gltf {
@@ -216,6 +216,10 @@ const void *clast_gltf_borrow(clast_gltf *gltf, const clast_gltf_accessor *acces
 // A texture's number in the scene, read when first asked for; CLAST_NONE where it cannot be shown (a log line says
 // why).
 uint32_t clast_gltf_texture(clast_gltf *gltf, uint32_t index);
+// A texture slot of an object, which keeps what it holds where the object has none of that name.
+void clast_gltf_read_slot(clast_gltf *gltf, const clast_gltf_value *holder, const char *name, clast_texture_slot *slot);
+// What a material's extensions say (gltf_layers.c).
+void clast_gltf_read_layers(clast_gltf *gltf, const clast_gltf_value *material, clast_material_desc *desc);
 // Decodes all images that the materials use, on all threads.
 void clast_gltf_read_images(clast_gltf *gltf);
 // A material, read when first asked for. Null on failure.

@@ -126,6 +126,22 @@ static void mark_slot(clast_gltf *gltf, const clast_gltf_value *object, const ch
     }
 }
 
+// The texture slots of a material's extensions.
+static const struct {
+    const char *extension, *slot;
+} EXTENSION_SLOTS[] = {
+    {"KHR_materials_anisotropy", "anisotropyTexture"},
+    {"KHR_materials_clearcoat", "clearcoatTexture"},
+    {"KHR_materials_clearcoat", "clearcoatRoughnessTexture"},
+    {"KHR_materials_clearcoat", "clearcoatNormalTexture"},
+    {"KHR_materials_displacement", "displacementGeometryTexture"},
+    {"KHR_materials_sheen", "sheenColorTexture"},
+    {"KHR_materials_sheen", "sheenRoughnessTexture"},
+    {"KHR_materials_specular", "specularTexture"},
+    {"KHR_materials_specular", "specularColorTexture"},
+    {"KHR_materials_transmission", "transmissionTexture"},
+};
+
 static void mark_images(clast_gltf *gltf, bool *used)
 {
     for (size_t i = 0; i < clast_gltf_size(&gltf->lists[CLAST_GLTF_MATERIALS]); i++) {
@@ -137,8 +153,10 @@ static void mark_images(clast_gltf *gltf, bool *used)
         mark_slot(gltf, &material, "occlusionTexture", used);
         mark_slot(gltf, &material, "emissiveTexture", used);
         clast_gltf_value extensions = clast_gltf_member(&material, "extensions");
-        clast_gltf_value displacement = clast_gltf_member(&extensions, "KHR_materials_displacement");
-        mark_slot(gltf, &displacement, "displacementGeometryTexture", used);
+        for (size_t k = 0; k < sizeof EXTENSION_SLOTS / sizeof *EXTENSION_SLOTS; k++) {
+            clast_gltf_value extension = clast_gltf_member(&extensions, EXTENSION_SLOTS[k].extension);
+            mark_slot(gltf, &extension, EXTENSION_SLOTS[k].slot, used);
+        }
     }
 }
 

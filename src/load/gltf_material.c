@@ -5,8 +5,6 @@
 
 #include "load/gltf.h"
 
-enum { SLOT_COUNT = 6 };
-
 static void read_transform(clast_gltf *gltf, const clast_gltf_value *object, clast_texture_slot *slot)
 {
     clast_gltf_value extensions;
@@ -25,15 +23,21 @@ static void read_transform(clast_gltf *gltf, const clast_gltf_value *object, cla
 static void read_slot(clast_gltf *gltf, const clast_gltf_value *material, const char *name, clast_texture_slot *slot,
                       const char *factor_name, float least, float most, float *factor)
 {
-    clast_gltf_value object = clast_gltf_object(gltf, material, name);
+    clast_gltf_read_slot(gltf, material, name, slot);
+    if (factor_name != NULL) {
+        clast_gltf_value object = clast_gltf_object(gltf, material, name);
+        *factor = clast_gltf_number(gltf, &object, factor_name, least, most, *factor);
+    }
+}
+
+void clast_gltf_read_slot(clast_gltf *gltf, const clast_gltf_value *holder, const char *name, clast_texture_slot *slot)
+{
+    clast_gltf_value object = clast_gltf_object(gltf, holder, name);
     if (object.json == NULL) {
         return;
     }
     uint32_t index = clast_gltf_index(gltf, &object, "index", CLAST_GLTF_TEXTURES);
     slot->coordinate_set = (uint32_t)clast_gltf_integer(gltf, &object, "texCoord", 0, UINT32_MAX - 1, 0);
-    if (factor_name != NULL) {
-        *factor = clast_gltf_number(gltf, &object, factor_name, least, most, *factor);
-    }
     read_transform(gltf, &object, slot);
     if (clast_gltf_ok(gltf) && index == CLAST_NONE) {
         clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &object, "no index: expected that of a texture");
@@ -118,6 +122,7 @@ static void read_material(clast_gltf *gltf, const clast_gltf_value *value, clast
     desc->alpha_mode = read_alpha_mode(gltf, value);
     desc->alpha_cutoff = clast_gltf_number(gltf, value, "alphaCutoff", 0.0f, FLT_MAX, 0.5f);
     desc->double_sided = clast_gltf_flag(gltf, value, "doubleSided", false);
+    clast_gltf_read_layers(gltf, value, desc);
 }
 
 // Maps the file's coordinate sets to the two that a mesh has: as they are where 0 and 1 will do, else those in use,
@@ -125,9 +130,10 @@ static void read_material(clast_gltf *gltf, const clast_gltf_value *value, clast
 static bool map_sets(clast_gltf *gltf, const clast_gltf_value *value, clast_material_desc *desc,
                      clast_gltf_material *made)
 {
-    clast_texture_slot *slots[SLOT_COUNT] = {&desc->base_colour_texture, &desc->metallic_roughness_texture,
-                                             &desc->normal_texture,      &desc->occlusion_texture,
-                                             &desc->emissive_texture,    &desc->displacement_texture};
+#define SLOT(slot) &desc->slot,
+    clast_texture_slot *slots[] = {CLAST_MATERIAL_TEXTURE_LIST(SLOT)};
+#undef SLOT
+    enum { SLOT_COUNT = sizeof slots / sizeof *slots };
     uint32_t used[SLOT_COUNT], count = 0, largest = 0;
     for (size_t i = 0; i < SLOT_COUNT; i++) {
         if (slots[i]->texture == CLAST_NONE) {
@@ -155,7 +161,8 @@ static bool map_sets(clast_gltf *gltf, const clast_gltf_value *value, clast_mate
             slots[i]->coordinate_set = slots[i]->texture != CLAST_NONE && slots[i]->coordinate_set != used[0] ? 1 : 0;
         }
     }
-    made->has_normal_map = desc->normal_texture.texture != CLAST_NONE;
+    made->needs_tangents = desc->normal_texture.texture != CLAST_NONE || desc->anisotropy > 0.0f ||
+                           desc->clearcoat_normal_texture.texture != CLAST_NONE;
     made->normal_set = desc->normal_texture.coordinate_set;
     return true;
 }

@@ -482,7 +482,7 @@ static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_valu
     if (clast_gltf_ok(gltf) && made->mesh.normals != NULL) {
         repair_normals(gltf, made);
     }
-    if (clast_gltf_ok(gltf) && material != NULL && material->has_normal_map) {
+    if (clast_gltf_ok(gltf) && material != NULL && material->needs_tangents) {
         derive_tangents(gltf, made, material);
     }
 }

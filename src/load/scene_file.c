@@ -394,7 +394,8 @@ static void read_camera(scene_reader *reader, const clast_json_place *object)
     static const clast_json_choice projections[] = {CLAST_PROJECTION_LIST(CLAST_JSON_CHOICE)};
     clast_json *json = &reader->json;
     if (!clast_json_object(json, object,
-                           "name projection position target up vertical_angle height near_plane far_plane")) {
+                           "name projection position target up vertical_angle height near_plane far_plane aperture "
+                           "focus")) {
         return;
     }
     clast_camera_desc camera = {0};
@@ -423,6 +424,10 @@ static void read_camera(scene_reader *reader, const clast_json_place *object)
     clast_json_float(json, &place, 0.0, HUGE_VAL, &camera.near_plane);
     place = clast_json_member(object, "far_plane");
     clast_json_float(json, &place, 0.0, HUGE_VAL, &camera.far_plane);
+    place = clast_json_member(object, "aperture");
+    clast_json_float(json, &place, 0.0, HUGE_VAL, &camera.aperture);
+    place = clast_json_member(object, "focus");
+    clast_json_float(json, &place, 0.0, HUGE_VAL, &camera.focus);
     uint32_t number;
     if (json->status == CLAST_OK) {
         clast_json_check(json, object, clast_scene_add_camera(reader->scene, &camera, name, &number));
@@ -542,7 +547,7 @@ static void read_wave(scene_reader *reader, const clast_json_place *object)
 
 // ----------------------------------------------------------------------------------------------------------- settings
 
-// Only the environment's setting can name a file: "sky" and colours (1,1,1) are none.
+// The environment's setting may name a file: "sky" and colours (1,1,1) are none.
 static bool names_a_file(const char *text)
 {
     return text[0] != '\0' && strcmp(text, "sky") != 0 && strspn(text, "0123456789.,+-eE ") != strlen(text);
@@ -557,7 +562,8 @@ static void read_text_setting(scene_reader *reader, const clast_json_place *sett
     if (!clast_json_text(json, &place, &given)) {
         return;
     }
-    bool is_file = strcmp(name, "env") == 0 && names_a_file(given);
+    bool is_file = (strcmp(name, "patterns") == 0 && given[0] != '\0') ||
+                   (strcmp(name, "env") == 0 && names_a_file(given));
     char *copy = is_file ? clast_path_beside(json->context, json->path, given) : clast_copy_text(json->context, given);
     if (copy == NULL) {
         json->status = CLAST_ERROR_OUT_OF_MEMORY;

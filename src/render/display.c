@@ -12,6 +12,7 @@ typedef struct display_job {
     const void *values;
     uint32_t curve;
     float gain;
+    float area;      // of the triangles that are wanted, in pixels
     float low, high; // depth: logarithms of the nearest and farthest; steps: 0 and the most
     uint8_t *pixels;
 } display_job;
@@ -54,6 +55,24 @@ static vec3 depth_colour(const display_job *job, float depth)
     return splat3(1.0f - 0.9f * clamp1(place, 0.0f, 1.0f)); // near is bright, nothing is black
 }
 
+// Up the rainbow with each doubling; even counts are darker, so that neighbouring counts are told apart.
+static vec3 segments_colour(float segments)
+{
+    if (!(segments > 0.0f) || !is_finite1(segments)) {
+        return splat3(0.0f);
+    }
+    float half = 0.5f * floorf(segments + 0.5f);
+    return heat_colour(log2f(max1(segments, 1.0f)) / 8.0f) * (half == floorf(half) ? 0.78f : 1.0f);
+}
+
+// Grey where all is as it should be, blue below (-1), red above (1).
+static vec3 balance_colour(float x)
+{
+    float t = clamp1(x, -1.0f, 1.0f);
+    vec3 end = t < 0.0f ? vec3(0.10f, 0.30f, 0.80f) : vec3(0.85f, 0.13f, 0.08f);
+    return mix3(splat3(0.84f), end, sqrtf(abs1(t)));
+}
+
 static vec3 pixel_colour(const display_job *job, size_t i)
 {
     const float *reals = job->values;
@@ -73,10 +92,9 @@ static vec3 pixel_colour(const display_job *job, size_t i)
     case CLAST_VIEW_CLUSTER:
     case CLAST_VIEW_TRIANGLE:
     case CLAST_VIEW_PRIMITIVE: return number_colour(numbers[i]);
-    // 1 to 11 segments are a pattern; more are split. A triangle of a pixel, and a rate as wanted, are green.
-    case CLAST_VIEW_SEGMENTS: return reals[i] > 0.0f ? heat_colour(log2f(max1(reals[i], 1.0f)) / 8.0f) : splat3(0.0f);
-    case CLAST_VIEW_RATE: return reals[i] > 0.0f ? heat_colour(0.5f + log2f(reals[i]) / 8.0f) : splat3(0.0f);
-    case CLAST_VIEW_AREA: return reals[i] > 0.0f ? heat_colour(0.5f + log2f(reals[i]) / 16.0f) : splat3(0.0f);
+    case CLAST_VIEW_SEGMENTS: return segments_colour(reals[i]);
+    case CLAST_VIEW_RATE: return reals[i] > 0.0f ? balance_colour(log2f(reals[i]) / 3.0f) : splat3(0.0f);
+    case CLAST_VIEW_AREA: return reals[i] > 0.0f ? balance_colour(log2f(reals[i] / job->area) / 6.0f) : splat3(0.0f);
     case CLAST_VIEW_STEPS: return numbers[i] == CLAST_NONE ? splat3(0.0f) : heat_colour((float)numbers[i] / job->high);
     case CLAST_VIEW_COUNT_: break;
     }
@@ -131,6 +149,9 @@ clast_status clast_view_to_display(clast_context *context, clast_view view, cons
     float exposure = (float)resolved.exposure;
     display_job job = {
         .view = view, .values = values, .curve = resolved.tonemap, .gain = exp2f(exposure), .pixels = pixels};
+    // Equilateral triangles with sides of the wanted length, where that is one of pixels.
+    bool of_pixels = resolved.metric == CLAST_METRIC_PIXELS || resolved.metric == CLAST_METRIC_SPHERE;
+    job.area = of_pixels && resolved.segment > 0.0 ? 0.4330127f * (float)(resolved.segment * resolved.segment) : 1.0f;
     size_t count = (size_t)width * height;
     find_range(&job, count);
     clast_parallel_for(context, count, 4096, display_range, &job);

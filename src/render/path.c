@@ -10,7 +10,7 @@
 enum { SURFACES = 16 }; // that are found before the first of them is shaded
 
 // Which points of the sequence a decision at a bounce uses.
-enum { USE_CAMERA, USE_LIGHT, USE_SUN, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USES };
+enum { USE_CAMERA, USE_LIGHT, USE_SUN, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USE_LENS, USES };
 
 static const float DIFFUSE_WIDTH = 0.25f; // least alpha of the lobes after a diffuse surface
 static const float INDIRECT_MOST = 10.0f; // of a sample's light that is clamped: what is far whiter than white
@@ -33,8 +33,12 @@ clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_
         vec2 u = next_square(target, pixel_seed(target, x, y), 0, USE_CAMERA);
         offset = vec2(camera_offset(u[0]), camera_offset(u[1]));
     }
-    return camera_ray(frame->settings.camera, ((float)x + offset[0]) / (float)target->width,
-                      ((float)y + offset[1]) / (float)target->height);
+    vec2 lens = vec2(0.0f, 0.0f);
+    if (frame->settings.camera.lens_radius > 0.0f) {
+        lens = sample_disc(next_square(target, pixel_seed(target, x, y), 0, USE_LENS));
+    }
+    return camera_lens_ray(frame->settings.camera, ((float)x + offset[0]) / (float)target->width,
+                           ((float)y + offset[1]) / (float)target->height, lens);
 }
 
 clast_ray clast_ray_of(clast_camera_ray from)
@@ -290,6 +294,28 @@ static void note_direct(clast_path *path, uint32_t bounce)
     }
 }
 
+// A shadow ray to a side that is more likely the more the surface faces it: what comes through is white.
+static void add_openness(tile_job *job, uint32_t from, const clast_shading_point *point)
+{
+    clast_scratch *scratch = job->scratch;
+    const clast_render_target *target = job->target;
+    vec2 u = next_square(target, scratch->paths[from].seed, 0, USE_DIRECTION);
+    vec3 direction = from_basis(basis_around(point->normal), sample_cosine_hemisphere(u));
+    if (dot3(direction, point->geometric_normal) <= 0.0f) {
+        return;
+    }
+    float distance = target->settings.ao_distance > 0.0 ? (float)target->settings.ao_distance : INFINITY;
+    uint32_t place = job->shadow_count++;
+    scratch->shadow_rays[place] = leave_surface(point, direction, distance);
+    scratch->shadow_radiance[place] = splat3(1.0f);
+    scratch->shadow_paths[place] = from;
+}
+
+static uint32_t most_bounces(const clast_render_target *target)
+{
+    return target->settings.integrator == CLAST_INTEGRATOR_DIRECT ? 1 : target->settings.bounces;
+}
+
 // Takes path `from` a step on from what its ray saw; where it goes on, ray `to` is its next.
 static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce, clast_found_surface *found)
 {
@@ -298,7 +324,9 @@ static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce
     const clast_visibility *seen = &job->scratch->seen[from];
     bool has_colour = target->sums[CLAST_VIEW_COLOUR] != NULL;
     if (seen->instance == CLAST_NONE) {
-        if (has_colour) {
+        if (has_colour && target->settings.integrator == CLAST_INTEGRATOR_AO) {
+            path->radiance = splat3(1.0f);
+        } else if (has_colour && target->settings.integrator != CLAST_INTEGRATOR_PRIMARY) {
             add_distant_light(job, path, bounce);
             note_direct(path, bounce);
         }
@@ -315,13 +343,22 @@ static bool step_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bounce
     if (!has_colour) {
         return false;
     }
+    if (target->settings.integrator == CLAST_INTEGRATOR_PRIMARY) {
+        float facing = abs1(dot3(point->normal, path->direction));
+        path->radiance = point->emission + load3(point->surface.base.base_colour) * facing;
+        return false;
+    }
+    if (target->settings.integrator == CLAST_INTEGRATOR_AO) {
+        add_openness(job, from, point);
+        return false;
+    }
     add_emission(job, path, seen, point, bounce);
     note_direct(path, bounce);
     if (point->unlit) {
         path->radiance = path->radiance + path->throughput * load3(point->surface.base.base_colour);
         return false;
     }
-    return bounce < target->settings.bounces && scatter_path(job, from, to, bounce, point);
+    return bounce < most_bounces(target) && scatter_path(job, from, to, bounce, point);
 }
 
 static void trace_shadows(tile_job *job, uint32_t bounce)
@@ -344,11 +381,12 @@ static void begin_paths(tile_job *job, clast_tile tile)
     for (uint32_t i = 0; i < tile.width * tile.height; i++) {
         clast_pixel_place at = clast_tile_pixel(tile, i);
         uint32_t pixel = at.y * target->width + at.x;
+        clast_camera_ray ray = clast_primary_ray(job->frame, target, at.x, at.y);
         job->scratch->paths[i] = (clast_path){
             .throughput = splat3(1.0f),
             .radiance = splat3(0.0f),
             .direct = splat3(0.0f),
-            .direction = load3(clast_primary_ray(job->frame, target, at.x, at.y).direction),
+            .direction = load3(ray.direction),
             .pixel = pixel,
             .seed = pixel_seed(target, at.x, at.y),
         };

@@ -27,7 +27,7 @@ clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc 
         wrong = "position, target and up must be finite";
     } else if (p[0] == t[0] && p[1] == t[1] && p[2] == t[2]) {
         wrong = "the target must not be the position";
-    } else if ((unsigned)camera->projection > CLAST_PROJECTION_ORTHOGRAPHIC) {
+    } else if ((unsigned)camera->projection > CLAST_PROJECTION_PANORAMA) {
         wrong = "the projection is none of the list";
     } else if (!(camera->vertical_angle >= 0.0f && camera->vertical_angle < HALF_TURN)) {
         wrong = "the vertical angle must lie between 0 and pi";
@@ -36,6 +36,9 @@ clast_status clast_scene_add_camera(clast_scene *scene, const clast_camera_desc 
         wrong = "an orthographic camera needs a height above 0";
     } else if (!(camera->near_plane >= 0.0f) || !(camera->far_plane >= 0.0f)) {
         wrong = "the near and far plane must not be negative";
+    } else if (!(camera->aperture >= 0.0f && is_finite1(camera->aperture)) ||
+               !(camera->focus >= 0.0f && is_finite1(camera->focus))) {
+        wrong = "the aperture and the focus must be finite and not negative";
     }
     if (wrong != NULL) {
         return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "camera: %s", wrong);
@@ -108,17 +111,23 @@ clast_camera clast_camera_record(const clast_camera_desc *desc, uint32_t width, 
     }
     right = normalize3(right);
     float angle = desc->vertical_angle != 0.0f ? desc->vertical_angle : 0.8f;
-    bool is_perspective = desc->projection == CLAST_PROJECTION_PERSPECTIVE;
+    float extents[] = {
+        [CLAST_PROJECTION_PERSPECTIVE] = tanf(0.5f * angle),
+        [CLAST_PROJECTION_ORTHOGRAPHIC] = 0.5f * desc->height,
+        [CLAST_PROJECTION_PANORAMA] = 0.5f * HALF_TURN,
+    };
     return (clast_camera){
         .projection = desc->projection,
         .position = store3(position),
         .right = store3(right),
         .up = store3(cross3(right, forward)),
         .forward = store3(forward),
-        .vertical_extent = is_perspective ? tanf(0.5f * angle) : 0.5f * desc->height,
+        .vertical_extent = extents[desc->projection],
         .aspect = (float)width / (float)height,
         .near_plane = desc->near_plane,
         .far_plane = desc->far_plane,
+        .lens_radius = 0.5f * desc->aperture,
+        .focus = desc->focus > 0.0f ? desc->focus : length3(away),
     };
 }
 

@@ -5,6 +5,7 @@
 
 #include "shared/enums.h"
 #include "shared/records.h"
+#include "shared/sampling.h"
 
 RECORD(clast_camera_ray)
 {
@@ -15,23 +16,46 @@ RECORD(clast_camera_ray)
 };
 RECORD_SIZE(clast_camera_ray, 32)
 
-// The ray through a point of the picture: x grows to the right from 0 to 1, y downwards.
-FN clast_camera_ray camera_ray(clast_camera camera, float x, float y)
+// All around the camera: x is longitude, y latitude.
+FN vec3 panorama_direction(clast_camera camera, float x, float y)
+{
+    float longitude = (2.0f * x - 1.0f) * PI;
+    float latitude = (0.5f - y) * PI;
+    vec3 level = load3(camera.forward) * rough_cos(longitude) + load3(camera.right) * rough_sin(longitude);
+    return normalize3(level * rough_cos(latitude) + load3(camera.up) * rough_sin(latitude));
+}
+
+// The ray through a point of the picture, x grows to the right from 0 to 1, y downwards, and a point of the lens, a disc of
+// radius one. What lies in the plane of focus is seen at the same place through all of the lens.
+FN clast_camera_ray camera_lens_ray(clast_camera camera, float x, float y, vec2 lens)
 {
     float right = (2.0f * x - 1.0f) * camera.aspect * camera.vertical_extent;
     float up = (1.0f - 2.0f * y) * camera.vertical_extent;
     vec3 across = load3(camera.right) * right + load3(camera.up) * up;
     vec3 forward = load3(camera.forward);
-    bool is_perspective = camera.projection == CLAST_PROJECTION_PERSPECTIVE;
-    vec3 direction = is_perspective ? normalize3(forward + across) : forward;
-    vec3 origin = is_perspective ? load3(camera.position) : load3(camera.position) + across;
-    float cosine = dot3(direction, forward);
+    bool parallel = camera.projection == CLAST_PROJECTION_ORTHOGRAPHIC;
+    bool panorama = camera.projection == CLAST_PROJECTION_PANORAMA;
+    vec3 direction = parallel ? forward : forward + across;
+    vec3 origin = parallel ? load3(camera.position) + across : load3(camera.position);
+    if (camera.lens_radius > 0.0f && !panorama) {
+        vec3 aside = load3(camera.right) * (lens[0] * camera.lens_radius) + load3(camera.up) * (lens[1] * camera.lens_radius);
+        direction = direction * camera.focus - aside;
+        origin = origin + aside;
+    }
+    direction = panorama ? panorama_direction(camera, x, y) : normalize3(direction);
+    float cosine = panorama ? 1.0f : dot3(direction, forward);
     clast_camera_ray ray;
     ray.origin = store3(origin);
     ray.t_min = rough_divide(camera.near_plane, cosine);
     ray.direction = store3(direction);
     ray.t_max = camera.far_plane > 0.0f ? rough_divide(camera.far_plane, cosine) : uintBitsToFloat(0x7f800000u);
     return ray;
+}
+
+// Through the lens's middle.
+FN clast_camera_ray camera_ray(clast_camera camera, float x, float y)
+{
+    return camera_lens_ray(camera, x, y, vec2(0.0f, 0.0f));
 }
 
 // Where in its pixel a sample lies, from a point of the unit square: a tent of radius one pixel around the centre, so
@@ -43,10 +67,11 @@ FN float camera_offset(float u)
     return 0.5f + tent;
 }
 
-// Distance along the camera's axis of a point at `distance` along a ray.
+// Distance along the camera's axis of a point at `distance` along a ray; from the camera where it looks all around.
 FN float camera_depth(clast_camera camera, clast_camera_ray ray, float distance)
 {
-    return distance * dot3(load3(ray.direction), load3(camera.forward));
+    bool panorama = camera.projection == CLAST_PROJECTION_PANORAMA;
+    return panorama ? distance : distance * dot3(load3(ray.direction), load3(camera.forward));
 }
 
 #endif

@@ -159,12 +159,14 @@ RECORD(clast_camera)
     packed3 right;        // unit vectors of the camera in world space
     packed3 up;
     packed3 forward;
-    float vertical_extent; // perspective: tangent of half the vertical angle; orthographic: half the height
+    float vertical_extent; // perspective: tangent of half the vertical angle; orthographic: half the height; panorama: pi / 2
     float aspect;          // width / height
     float near_plane;      // hits nearer than this along the axis are not seen
     float far_plane;       // 0 is endless
+    float lens_radius;     // 0 is a pinhole
+    float focus;           // distance along the axis that is sharp
 };
-RECORD_SIZE(clast_camera, 68)
+RECORD_SIZE(clast_camera, 76)
 
 // From where geometry is adapted, and how finely.
 RECORD(clast_source_view)

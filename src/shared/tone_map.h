@@ -23,6 +23,47 @@ FN vec3 tone_map_aces(vec3 colour)
                 -0.00327f * r - 0.07276f * g + 1.07602f * b);
 }
 
+// Sobotka's AgX, by Wrensch's fit of its curve. What it gives is for a display with a plain power of 2.2.
+FN float agx_curve(float x)
+{
+    float x2 = x * x;
+    float x4 = x2 * x2;
+    return 15.5f * x4 * x2 - 40.14f * x4 * x + 31.96f * x4 - 6.868f * x2 * x + 0.4298f * x2 + 0.1191f * x - 0.00232f;
+}
+
+FN float agx_place(float x)
+{
+    float stops = rough_log(max1(x, 1e-10f)) * 1.44269504f; // of two
+    return clamp1(rough_divide(stops + 12.47393f, 16.5f), 0.0f, 1.0f);
+}
+
+FN vec3 tone_map_agx(vec3 c)
+{
+    float r = agx_curve(agx_place(0.842479062f * c[0] + 0.0784335999f * c[1] + 0.0792237451f * c[2]));
+    float g = agx_curve(agx_place(0.0423282422f * c[0] + 0.878468636f * c[1] + 0.0791661275f * c[2]));
+    float b = agx_curve(agx_place(0.0423756549f * c[0] + 0.0784336f * c[1] + 0.879142974f * c[2]));
+    vec3 display = vec3(1.196879f * r - 0.0980208811f * g - 0.0990297441f * b,
+                        -0.0528968518f * r + 1.15190313f * g - 0.0989611768f * b,
+                        -0.0529716355f * r - 0.0980434501f * g + 1.15107367f * b);
+    return vec3(rough_pow(max1(display[0], 0.0f), 2.2f), rough_pow(max1(display[1], 0.0f), 2.2f),
+                rough_pow(max1(display[2], 0.0f), 2.2f));
+}
+
+// The Khronos PBR neutral tone map: base colours up to 0.8 come through as they are.
+FN vec3 tone_map_neutral(vec3 c)
+{
+    float least = min1(c[0], min1(c[1], c[2]));
+    float offset = least < 0.08f ? least - 6.25f * least * least : 0.04f;
+    vec3 lowered = c - splat3(offset);
+    float peak = largest3(lowered);
+    float start = 0.8f - 0.04f;
+    float room = 1.0f - start;
+    float squeezed = 1.0f - rough_divide(room * room, max1(peak + room - start, 1e-6f));
+    float white = 1.0f - rough_divide(1.0f, 0.15f * (peak - squeezed) + 1.0f);
+    vec3 bright = mix3(lowered * rough_divide(squeezed, max1(peak, 1e-6f)), splat3(squeezed), white);
+    return peak < start ? lowered : bright;
+}
+
 // Each component to 0 at least, and `high` at most.
 FN vec3 clamp_each(vec3 v, float high)
 {
@@ -34,7 +75,13 @@ FN vec3 tone_map(vec3 radiance, float gain, uint curve)
 {
     // Beyond 1e6 all curves are flat; their squares would not be finite.
     vec3 c = clamp_each(radiance * gain, 1e6f);
-    c = curve == CLAST_TONE_MAP_ACES ? tone_map_aces(c) : c;
+    if (curve == CLAST_TONE_MAP_ACES) {
+        c = tone_map_aces(c);
+    } else if (curve == CLAST_TONE_MAP_AGX) {
+        c = tone_map_agx(c);
+    } else if (curve == CLAST_TONE_MAP_NEUTRAL) {
+        c = tone_map_neutral(c);
+    }
     c = clamp_each(c, 1.0f);
     return vec3(linear_to_srgb(c[0]), linear_to_srgb(c[1]), linear_to_srgb(c[2]));
 }
