@@ -40,6 +40,7 @@ void clast_renderer_destroy(clast_renderer *renderer)
     if (renderer->cooked != NULL) {
         clast_cooked_destroy(renderer->cooked);
     }
+    clast_free_patterns(renderer);
     clast_free(renderer->context, renderer->environment_path);
     clast_free(renderer->context, renderer);
 }
@@ -49,7 +50,10 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
 {
     clast_frame *frame = renderer->frame;
     renderer->is_committed = false;
-    clast_status status = clast_cooked_update(renderer->cooked, renderer->scene);
+    clast_status status = clast_use_patterns(renderer, settings);
+    if (status == CLAST_OK) {
+        status = clast_cooked_update(renderer->cooked, renderer->scene);
+    }
     if (status != CLAST_OK) {
         return status;
     }

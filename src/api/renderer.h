@@ -11,8 +11,11 @@ struct clast_renderer {
     clast_cooked *cooked;
     clast_frame *frame;
     const clast_backend *backend;
-    bool is_committed;          // rays may be traced, where the next is the scene's
-    uint32_t position_version;  // of the scene, when it was committed
+    bool is_committed;              // rays may be traced, where the next is the scene's
+    uint32_t position_version;      // of the scene, when it was committed
+    clast_pattern_table **patterns; // read for settings.patterns; units may point to any of them
+    size_t pattern_count, pattern_capacity;
+    char *patterns_path;        // of the last of them; null where the library's own are in use
     char *environment_path;     // the image that settings.env named last; null where none
     uint32_t environment_image; // its number in the scene
 };
@@ -27,6 +30,10 @@ typedef struct clast_kept_environment {
 clast_status clast_environment_begin(clast_renderer *renderer, const clast_render_settings *settings,
                                      clast_kept_environment *kept);
 void clast_environment_end(clast_renderer *renderer, const clast_kept_environment *kept);
+
+// patterns.c: has triangles cut by the table that settings.patterns names.
+clast_status clast_use_patterns(clast_renderer *renderer, const clast_render_settings *settings);
+void clast_free_patterns(clast_renderer *renderer);
 
 // statistics.c: what the committed frame takes; adds nothing that a render alone knows.
 void clast_collect_statistics(const clast_renderer *renderer, clast_render_statistics *statistics);

@@ -10,6 +10,7 @@ clast_status clast_cooked_create(clast_context *context, clast_cooked **result)
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     cooked->context = context;
+    cooked->patterns = &clast_patterns;
     clast_status status = clast_template_set_create(context, &cooked->templates);
     if (status == CLAST_OK) {
         status = clast_height_store_create(context, &cooked->heights);
@@ -50,6 +51,17 @@ void clast_cooked_destroy(clast_cooked *cooked)
     clast_free(context, cooked);
 }
 
+void clast_cooked_use_patterns(clast_cooked *cooked, const clast_pattern_table *patterns)
+{
+    patterns = patterns != NULL ? patterns : &clast_patterns;
+    for (size_t i = 0; cooked->patterns != patterns && i < cooked->unit_count; i++) {
+        if (cooked->units[i] != NULL) {
+            cooked->units[i]->stale = cooked->units[i]->kind == CLAST_SOURCE_DISPLACED;
+        }
+    }
+    cooked->patterns = patterns;
+}
+
 static clast_status make_room(clast_cooked *cooked, const clast_scene *scene)
 {
     clast_status status = CLAST_RESERVE(cooked->context, cooked->units, cooked->unit_capacity, scene->geometry_count);
@@ -80,7 +92,7 @@ static clast_status cook_anew(clast_cooked *cooked, const clast_scene *scene, co
     }
     clast_unit *unit = NULL;
     if (status == CLAST_OK) {
-        clast_cook_job job = {cooked->context, scene, geometry, cooked->templates, cooked->heights};
+        clast_cook_job job = {cooked->context, scene, geometry, cooked->templates, cooked->heights, cooked->patterns};
         status = clast_sources[geometry->kind]->cook(&job, &unit);
     }
     if (status != CLAST_OK) {
@@ -99,7 +111,7 @@ static clast_status bring_up_to_date(clast_cooked *cooked, const clast_scene *sc
                                      uint32_t number)
 {
     clast_unit *unit = cooked->units[number];
-    if (unit == NULL) {
+    if (unit == NULL || unit->stale) {
         return cook_anew(cooked, scene, geometry, number);
     }
     if (unit->geometry_version == geometry->version) {
@@ -119,7 +131,7 @@ static uint64_t work_of(const clast_geometry *geometry)
 static bool is_current(const clast_cooked *cooked, const clast_geometry *geometry, size_t number)
 {
     const clast_unit *unit = cooked->units[number];
-    return unit != NULL && unit->geometry_version == geometry->version;
+    return unit != NULL && !unit->stale && unit->geometry_version == geometry->version;
 }
 
 static clast_status cook_all(clast_cooked *cooked, const clast_scene *scene)

@@ -10,6 +10,7 @@ typedef struct clast_cooked {
     clast_context *context;
     clast_template_set *templates;
     clast_height_store *heights;
+    const clast_pattern_table *patterns;
     clast_unit **units;
     size_t unit_count, unit_capacity;
     clast_geometry
@@ -24,6 +25,9 @@ typedef struct clast_cooked {
 
 clast_status clast_cooked_create(clast_context *context, clast_cooked **cooked);
 void clast_cooked_destroy(clast_cooked *cooked);
+// Has triangles cut by other patterns from the next update on: the caller's table, which stays until units that were cooked with
+// it are released; null, as at first, is the library's own.
+void clast_cooked_use_patterns(clast_cooked *cooked, const clast_pattern_table *patterns);
 // Cooks new geometries of the scene, cooks changed ones anew, keeps the rest. Reports progress as "cook". Where it
 // fails, each unit is either the old or the new one, whole.
 clast_status clast_cooked_update(clast_cooked *cooked, const clast_scene *scene);

@@ -698,7 +698,7 @@ clast_status clast_displaced_cook(const clast_cook_job *job, clast_unit **result
     };
     unit->templates = job->templates;
     unit->heights = job->heights;
-    unit->patterns = &clast_patterns;
+    unit->patterns = job->patterns;
     unit->curved = job->geometry->tessellation.curved;
     unit->rest = (clast_box){{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
     displaced_cook cook = {.context = job->context, .unit = unit, .mesh = &job->geometry->of.mesh};

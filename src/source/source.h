@@ -14,6 +14,7 @@
 
 #include "base/context.h"
 #include "clast/accel.h"
+#include "geometry/pattern.h"
 #include "scene/scene.h"
 #include "shared/records.h"
 #include "source/height.h"
@@ -70,6 +71,7 @@ typedef struct clast_unit {
     uint32_t number;     // of the geometry; records carry it. Set by cook/
     uint32_t serial;     // no two units of a clast_cooked ever had the same. Set by cook/
     uint32_t version;    // of the positions: poses carry it
+    bool stale;          // must be cooked anew. Set by cook/
     uint32_t *materials; // the different materials of its surface, in order of first use
     uint32_t material_count;
 } clast_unit;
@@ -78,9 +80,10 @@ typedef struct clast_unit {
 typedef struct clast_cook_job {
     clast_context *context;
     const clast_scene *scene;
-    const clast_geometry *geometry; // of the scene; units keep the pointer
-    clast_template_set *templates;  // of all units: further ones are added
-    clast_height_store *heights;    // displacement maps that units share
+    const clast_geometry *geometry;      // of the scene; units keep the pointer
+    clast_template_set *templates;       // of all units: further ones are added
+    clast_height_store *heights;         // displacement maps that units share
+    const clast_pattern_table *patterns; // that cut triangles; outlives the units
 } clast_cook_job;
 
 typedef struct clast_source {
