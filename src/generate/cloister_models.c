@@ -264,7 +264,7 @@ void clast_cloister_build_trees(clast_cloister *cloister)
                   .flare = 0.85f,
                   .bend = 0.9f,
                   .repeats = 2.0f,
-                  .tile = 2.6f,
+                  .tile = 1.5f,
                   .seed = hash2(cloister->seed, 41)};
     uint32_t mesh = build_trunk(cloister, "tree", &tree, 24, 26);
     clast_gltf_add_node(writer, "tree", mesh, vec3(-2.55f, -0.15f, -0.95f), turned(0.13f), UNIT);
@@ -275,7 +275,7 @@ void clast_cloister_build_trees(clast_cloister *cloister)
                  .radius = 0.21f,
                  .bend = 0.05f,
                  .repeats = 2.0f,
-                 .tile = 2.6f,
+                 .tile = 1.5f,
                  .seed = hash2(cloister->seed, 43)};
     mesh = build_trunk(cloister, "log", &log, 20, 20);
     static const struct {

@@ -161,21 +161,21 @@ static relief rope(vec2 p, uint seed)
 static relief bark(vec2 p, uint seed)
 {
     vec2 warp = vec2(clast_fractal2_tiled(p * 5.0f, 5, 4, seed), clast_fractal2_tiled(p * 5.0f, 5, 4, seed + 10));
-    vec2 q = p + vec2(warp[0] * 0.055f, warp[1] * 0.08f);
-    clast_cells plates = clast_cells2_tiled(q * 8.0f, 8, seed + 20);
-    clast_cells flakes = clast_cells2_tiled(q * 19.0f, 19, seed + 21);
-    float edge = clamp1((plates.second - plates.nearest) * 1.7f - 0.12f, 0.0f, 1.0f);
-    float plate = root(1.0f - square(1.0f - edge));
-    float flake = clamp1((flakes.second - flakes.nearest) * 2.2f, 0.0f, 1.0f);
-    float fibre = clast_fractal2_banded(vec2(q[0] * 64.0f, q[1] * 14.0f), 64, 14, 4, seed + 22);
-    float fine = clast_fractal2_tiled(p * 48.0f, 48, 4, seed + 23);
-    float cloud = clast_fractal2_tiled(p * 3.0f, 3, 4, seed + 24);
-    float height = plate * (0.62f + 0.22f * unit_float(plates.id)) + 0.14f * plate * flake + 0.10f * fibre +
-                   0.04f * fine + 0.05f;
-    float lift = smooth_step(0.15f, 0.85f, height);
-    vec3 colour = mix3(vec3(0.075f, 0.045f, 0.026f), vec3(0.36f, 0.285f, 0.215f), lift);
-    colour = colour * (0.85f + 0.7f * fibre + 0.25f * fine);
-    colour = mix3(colour, vec3(0.27f, 0.29f, 0.15f), 0.65f * smooth_step(0.10f, 0.34f, cloud) * lift);
+    vec2 q = p + vec2(warp[0] * 0.05f, warp[1] * 0.06f);
+    // Furrows follow the creases of a noise that is stretched along the trunk; fewer cross them.
+    float along = abs1(clast_fractal2_banded(vec2(q[0] * 9.0f, q[1] * 4.0f), 9, 4, 2, seed + 20));
+    float across = abs1(clast_fractal2_banded(vec2(q[0] * 7.0f, q[1] * 12.0f), 7, 12, 2, seed + 21));
+    float ridge = smooth_step(0.015f, 0.22f, along), plate = mix1(0.55f, 1.0f, smooth_step(0.0f, 0.12f, across));
+    clast_cells flakes = clast_cells2_tiled(q * 21.0f, 21, seed + 22);
+    float flake = (unit_float(flakes.id) - 0.5f) * smooth_step(0.0f, 0.2f, flakes.second - flakes.nearest);
+    float fibre = clast_fractal2_banded(vec2(q[0] * 56.0f, q[1] * 12.0f), 56, 12, 4, seed + 23);
+    float fine = clast_fractal2_tiled(p * 48.0f, 48, 4, seed + 24);
+    float cloud = clast_fractal2_tiled(p * 3.0f, 3, 4, seed + 25);
+    float height = 0.06f + ridge * plate * (0.74f + 0.16f * flake) + 0.12f * fibre + 0.05f * fine;
+    float lift = smooth_step(0.10f, 0.85f, height);
+    vec3 colour = mix3(vec3(0.085f, 0.052f, 0.030f), vec3(0.36f, 0.29f, 0.22f), lift);
+    colour = colour * (0.85f + 0.7f * fibre + 0.3f * fine + 0.2f * flake);
+    colour = mix3(colour, vec3(0.27f, 0.29f, 0.15f), 0.6f * smooth_step(0.08f, 0.34f, cloud) * lift);
     return (relief){colour, height};
 }
 
@@ -223,10 +223,10 @@ static relief hills(vec2 p, uint seed)
     float radius = length2(q);
     vec2 bend = vec2(clast_fractal2(q * 0.012f, 3, seed + 30), clast_fractal2(q * 0.012f, 3, seed + 31));
     vec2 place = q * 0.0075f + bend * 0.7f;
-    float ridge = clast_ridged2(place, 7, seed), swell = clast_fractal2(q * 0.02f, 4, seed + 10);
+    float ridge = clast_ridged2(place, 5, seed), swell = clast_fractal2(q * 0.02f, 4, seed + 10);
     float fine = clast_fractal2(q * 0.35f, 5, seed + 20), patch = clast_fractal2(q * 0.03f, 5, seed + 21);
     float rise = smooth_step(30.0f, 250.0f, radius);
-    float height = rise * rise * (0.20f + 0.95f * ridge + 0.30f * swell) +
+    float height = rise * rise * (0.20f + 0.80f * ridge + 0.35f * swell + 0.03f * fine) +
                    0.0045f * smooth_step(14.0f, 26.0f, radius) * (1.0f + swell + 0.4f * fine);
     vec3 grass = mix3(vec3(0.34f, 0.275f, 0.125f), vec3(0.165f, 0.175f, 0.055f), smooth_step(-0.15f, 0.30f, patch));
     vec3 rock = vec3(0.42f, 0.35f, 0.28f);
