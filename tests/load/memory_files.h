@@ -9,7 +9,7 @@
 
 #include "clast/context.h"
 
-enum { MEMORY_FILES_MOST = 16 };
+enum { MEMORY_FILES_MOST = 80 };
 
 typedef struct memory_file {
     const char *name;
