@@ -12,77 +12,36 @@
 
 enum { ITEMS_BETWEEN_PROGRESS = 1 << 16 };
 
-// What a property of a vertex is for: a place in the list of its values.
-typedef enum ply_role {
-    ROLE_X,
-    ROLE_Y,
-    ROLE_Z,
-    ROLE_NX,
-    ROLE_NY,
-    ROLE_NZ,
-    ROLE_U,
-    ROLE_V,
-    ROLE_RED,
-    ROLE_GREEN,
-    ROLE_BLUE,
-    ROLE_ALPHA,
-    ROLE_COUNT,
-    ROLE_NONE = ROLE_COUNT,
-} ply_role;
-
 static const struct {
     const char *name;
-    ply_role role;
+    clast_ply_role role;
 } role_names[] = {
-    {"x", ROLE_X},
-    {"y", ROLE_Y},
-    {"z", ROLE_Z},
-    {"nx", ROLE_NX},
-    {"ny", ROLE_NY},
-    {"nz", ROLE_NZ},
-    {"s", ROLE_U},
-    {"t", ROLE_V},
-    {"u", ROLE_U},
-    {"v", ROLE_V},
-    {"texture_u", ROLE_U},
-    {"texture_v", ROLE_V},
-    {"red", ROLE_RED},
-    {"green", ROLE_GREEN},
-    {"blue", ROLE_BLUE},
-    {"alpha", ROLE_ALPHA},
-    {"r", ROLE_RED},
-    {"g", ROLE_GREEN},
-    {"b", ROLE_BLUE},
-    {"a", ROLE_ALPHA},
-    {"diffuse_red", ROLE_RED},
-    {"diffuse_green", ROLE_GREEN},
-    {"diffuse_blue", ROLE_BLUE},
+    {"x", CLAST_PLY_X},
+    {"y", CLAST_PLY_Y},
+    {"z", CLAST_PLY_Z},
+    {"nx", CLAST_PLY_NX},
+    {"ny", CLAST_PLY_NY},
+    {"nz", CLAST_PLY_NZ},
+    {"s", CLAST_PLY_U},
+    {"t", CLAST_PLY_V},
+    {"u", CLAST_PLY_U},
+    {"v", CLAST_PLY_V},
+    {"texture_u", CLAST_PLY_U},
+    {"texture_v", CLAST_PLY_V},
+    {"red", CLAST_PLY_RED},
+    {"green", CLAST_PLY_GREEN},
+    {"blue", CLAST_PLY_BLUE},
+    {"alpha", CLAST_PLY_ALPHA},
+    {"r", CLAST_PLY_RED},
+    {"g", CLAST_PLY_GREEN},
+    {"b", CLAST_PLY_BLUE},
+    {"a", CLAST_PLY_ALPHA},
+    {"diffuse_red", CLAST_PLY_RED},
+    {"diffuse_green", CLAST_PLY_GREEN},
+    {"diffuse_blue", CLAST_PLY_BLUE},
 };
 
-typedef struct ply_reader {
-    clast_context *context;
-    const char *path;
-    clast_ply_header header;
-    clast_bytes bytes;
-    uint64_t position; // binary: of the next value
-    clast_text text;   // text: the same
-    const clast_ply_element *element;
-    uint64_t item;
-    bool has_vertices;
-    uint32_t vertex_count;
-    float (*positions)[3];
-    float (*normals)[3];
-    float (*coordinates)[2];
-    float (*colours)[4];
-    uint32_t *indices;
-    size_t index_count, index_capacity;
-    uint32_t *face; // the list at hand
-    size_t face_capacity;
-    clast_polygon polygon;
-    uint64_t short_faces; // of fewer than three corners
-} ply_reader;
-
-static clast_status malformed(const ply_reader *reader, const char *expected)
+static clast_status malformed(const clast_ply_reader *reader, const char *expected)
 {
     if (reader->header.encoding == CLAST_PLY_ASCII) {
         return clast_fail(reader->context, CLAST_ERROR_MALFORMED, "%s, line %llu: expected %s", reader->path,
@@ -96,12 +55,12 @@ static clast_status malformed(const ply_reader *reader, const char *expected)
 
 // ------------------------------------------------------------------------------------------------------------- values
 
-static double value_of(const unsigned char *bytes, clast_ply_type type, bool big)
+double clast_ply_value(const unsigned char *bytes, clast_ply_type type, bool big_endian)
 {
     uint64_t word = 0;
     size_t size = clast_ply_type_size(type);
     for (size_t i = 0; i < size; i++) {
-        word |= (uint64_t)bytes[big ? size - 1 - i : i] << 8 * i;
+        word |= (uint64_t)bytes[big_endian ? size - 1 - i : i] << 8 * i;
     }
     uint32_t half = (uint32_t)word;
     float single;
@@ -119,7 +78,7 @@ static double value_of(const unsigned char *bytes, clast_ply_type type, bool big
 }
 
 // The next value; false where the file ends or none is there.
-static bool next_value(ply_reader *reader, clast_ply_type type, double *value)
+static bool next_value(clast_ply_reader *reader, clast_ply_type type, double *value)
 {
     if (reader->header.encoding != CLAST_PLY_ASCII) {
         unsigned char bytes[8];
@@ -127,7 +86,7 @@ static bool next_value(ply_reader *reader, clast_ply_type type, double *value)
             return false;
         }
         reader->position += clast_ply_type_size(type);
-        *value = value_of(bytes, type, reader->header.encoding == CLAST_PLY_BIG_ENDIAN);
+        *value = clast_ply_value(bytes, type, reader->header.encoding == CLAST_PLY_BIG_ENDIAN);
         return true;
     }
     clast_text *text = &reader->text;
@@ -141,7 +100,7 @@ static bool next_value(ply_reader *reader, clast_ply_type type, double *value)
 }
 
 // The length of a list, bounded by what the file can hold.
-static clast_status next_length(ply_reader *reader, const clast_ply_property *property, uint32_t *length)
+static clast_status next_length(clast_ply_reader *reader, const clast_ply_property *property, uint32_t *length)
 {
     double value;
     if (!next_value(reader, property->count_type, &value)) {
@@ -157,7 +116,7 @@ static clast_status next_length(ply_reader *reader, const clast_ply_property *pr
     return CLAST_OK;
 }
 
-static clast_status skip_property(ply_reader *reader, const clast_ply_property *property)
+static clast_status skip_property(clast_ply_reader *reader, const clast_ply_property *property)
 {
     uint32_t length = 1;
     clast_status status = property->is_list ? next_length(reader, property, &length) : CLAST_OK;
@@ -176,12 +135,12 @@ static clast_status skip_property(ply_reader *reader, const clast_ply_property *
     return status;
 }
 
-static const clast_ply_property *properties_of(const ply_reader *reader)
+static const clast_ply_property *properties_of(const clast_ply_reader *reader)
 {
     return reader->header.properties + reader->element->first_property;
 }
 
-static clast_status note_progress(ply_reader *reader)
+static clast_status note_progress(clast_ply_reader *reader)
 {
     if (reader->item % ITEMS_BETWEEN_PROGRESS != 0) {
         return CLAST_OK;
@@ -193,7 +152,7 @@ static clast_status note_progress(ply_reader *reader)
 
 // ----------------------------------------------------------------------------------------------------------- vertices
 
-static double colour_scale(clast_ply_type type)
+double clast_ply_colour_scale(clast_ply_type type)
 {
     switch (type) {
     case CLAST_PLY_FLOAT:
@@ -206,75 +165,74 @@ static double colour_scale(clast_ply_type type)
     }
 }
 
-static ply_role role_of(const clast_ply_property *property)
+static clast_ply_role role_of(const clast_ply_property *property)
 {
     for (size_t i = 0; !property->is_list && i < sizeof role_names / sizeof role_names[0]; i++) {
         if (clast_word_is(property->name, role_names[i].name)) {
             return role_names[i].role;
         }
     }
-    return ROLE_NONE;
+    return CLAST_PLY_NO_ROLE;
 }
 
 // The vertex's arrays, as its properties ask for them.
-static clast_status allocate_vertices(ply_reader *reader, const bool present[ROLE_COUNT])
+static clast_status allocate_vertices(clast_ply_reader *reader, const bool present[CLAST_PLY_ROLE_COUNT])
 {
     clast_context *context = reader->context;
     size_t count = reader->vertex_count;
-    if (!present[ROLE_X] || !present[ROLE_Y] || !present[ROLE_Z]) {
+    if (!present[CLAST_PLY_X] || !present[CLAST_PLY_Y] || !present[CLAST_PLY_Z]) {
         return malformed(reader, "vertices with x, y and z");
     }
     bool whole = (reader->positions = clast_allocate(context, count, sizeof *reader->positions)) != NULL;
-    if (present[ROLE_NX] && present[ROLE_NY] && present[ROLE_NZ]) {
+    if (present[CLAST_PLY_NX] && present[CLAST_PLY_NY] && present[CLAST_PLY_NZ]) {
         whole = whole && (reader->normals = clast_allocate(context, count, sizeof *reader->normals)) != NULL;
     }
-    if (present[ROLE_U] && present[ROLE_V]) {
+    if (present[CLAST_PLY_U] && present[CLAST_PLY_V]) {
         whole = whole && (reader->coordinates = clast_allocate(context, count, sizeof *reader->coordinates)) != NULL;
     }
-    if (present[ROLE_RED] && present[ROLE_GREEN] && present[ROLE_BLUE]) {
+    if (present[CLAST_PLY_RED] && present[CLAST_PLY_GREEN] && present[CLAST_PLY_BLUE]) {
         whole = whole && (reader->colours = clast_allocate(context, count, sizeof *reader->colours)) != NULL;
     }
     return whole ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
 }
 
-static bool store_vertex(ply_reader *reader, const double values[ROLE_COUNT])
+bool clast_ply_store_vertex(const clast_ply_reader *reader, uint64_t i, const double values[CLAST_PLY_ROLE_COUNT])
 {
-    uint64_t i = reader->item;
     bool finite = true;
     for (int c = 0; c < 3; c++) {
-        reader->positions[i][c] = (float)values[ROLE_X + c];
+        reader->positions[i][c] = (float)values[CLAST_PLY_X + c];
         finite = finite && isfinite(reader->positions[i][c]);
     }
     if (reader->normals != NULL) {
-        double x = values[ROLE_NX], y = values[ROLE_NY], z = values[ROLE_NZ];
+        double x = values[CLAST_PLY_NX], y = values[CLAST_PLY_NY], z = values[CLAST_PLY_NZ];
         double length = sqrt(x * x + y * y + z * z);
         bool sound = length > 0.0 && isfinite(length); // what is not gets a computed one later
         for (int c = 0; c < 3; c++) {
-            reader->normals[i][c] = sound ? (float)(values[ROLE_NX + c] / length) : 0.0f;
+            reader->normals[i][c] = sound ? (float)(values[CLAST_PLY_NX + c] / length) : 0.0f;
         }
     }
     if (reader->coordinates != NULL) {
-        reader->coordinates[i][0] = (float)values[ROLE_U];
-        reader->coordinates[i][1] = (float)(1.0 - values[ROLE_V]); // PLY counts from the image's lower edge
+        reader->coordinates[i][0] = (float)values[CLAST_PLY_U];
+        reader->coordinates[i][1] = (float)(1.0 - values[CLAST_PLY_V]); // PLY counts from the image's lower edge
         finite = finite && isfinite(reader->coordinates[i][0]) && isfinite(reader->coordinates[i][1]);
     }
     if (reader->colours != NULL) {
         for (int c = 0; c < 3; c++) { // vertex colours are those of a display
-            reader->colours[i][c] = srgb_to_linear((float)values[ROLE_RED + c]);
+            reader->colours[i][c] = srgb_to_linear((float)values[CLAST_PLY_RED + c]);
             finite = finite && isfinite(reader->colours[i][c]);
         }
-        reader->colours[i][3] = (float)values[ROLE_ALPHA];
+        reader->colours[i][3] = (float)values[CLAST_PLY_ALPHA];
         finite = finite && isfinite(reader->colours[i][3]);
     }
     return finite;
 }
 
-static clast_status read_vertex(ply_reader *reader, const ply_role *roles)
+static clast_status read_vertex(clast_ply_reader *reader, const clast_ply_role *roles)
 {
     const clast_ply_property *properties = properties_of(reader);
-    double values[ROLE_COUNT + 1] = {[ROLE_ALPHA] = 1.0};
+    double values[CLAST_PLY_ROLE_COUNT + 1] = {[CLAST_PLY_ALPHA] = 1.0};
     for (size_t i = 0; i < reader->element->property_count; i++) {
-        if (roles[i] == ROLE_NONE) {
+        if (roles[i] == CLAST_PLY_NO_ROLE) {
             clast_status status = skip_property(reader, &properties[i]);
             if (status != CLAST_OK) {
                 return status;
@@ -284,14 +242,14 @@ static clast_status read_vertex(ply_reader *reader, const ply_role *roles)
         if (!next_value(reader, properties[i].type, &values[roles[i]])) {
             return malformed(reader, "a number");
         }
-        if (roles[i] >= ROLE_RED) {
-            values[roles[i]] /= colour_scale(properties[i].type);
+        if (roles[i] >= CLAST_PLY_RED) {
+            values[roles[i]] /= clast_ply_colour_scale(properties[i].type);
         }
     }
-    return store_vertex(reader, values) ? CLAST_OK : malformed(reader, "finite numbers");
+    return clast_ply_store_vertex(reader, reader->item, values) ? CLAST_OK : malformed(reader, "finite numbers");
 }
 
-static clast_status read_vertices(ply_reader *reader)
+static clast_status read_vertices(clast_ply_reader *reader)
 {
     const clast_ply_element *element = reader->element;
     if (reader->has_vertices) {
@@ -303,17 +261,20 @@ static clast_status read_vertices(ply_reader *reader)
     }
     reader->has_vertices = true;
     reader->vertex_count = (uint32_t)element->count;
-    ply_role *roles = clast_allocate(reader->context, element->property_count, sizeof *roles);
+    clast_ply_role *roles = clast_allocate(reader->context, element->property_count, sizeof *roles);
     if (roles == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    bool present[ROLE_COUNT + 1] = {false};
+    bool present[CLAST_PLY_ROLE_COUNT + 1] = {false};
     for (size_t i = 0; i < element->property_count; i++) {
         roles[i] = role_of(&properties_of(reader)[i]);
         present[roles[i]] = true;
     }
     clast_status status = allocate_vertices(reader, present);
-    for (reader->item = 0; status == CLAST_OK && reader->item < element->count; reader->item++) {
+    if (status == CLAST_OK) {
+        status = clast_ply_read_many_vertices(reader, roles);
+    }
+    for (; status == CLAST_OK && reader->item < element->count; reader->item++) {
         status = read_vertex(reader, roles);
         if (status == CLAST_OK) {
             status = note_progress(reader);
@@ -326,7 +287,8 @@ static clast_status read_vertices(ply_reader *reader)
 // -------------------------------------------------------------------------------------------------------------- faces
 
 // Reads a list of vertices into reader->face. `restart`: -1 is allowed and becomes CLAST_NONE.
-static clast_status read_indices(ply_reader *reader, const clast_ply_property *property, bool restart, uint32_t *length)
+static clast_status read_indices(clast_ply_reader *reader, const clast_ply_property *property, bool restart,
+                                 uint32_t *length)
 {
     clast_status status = next_length(reader, property, length);
     if (status == CLAST_OK) {
@@ -346,7 +308,7 @@ static clast_status read_indices(ply_reader *reader, const clast_ply_property *p
     return status;
 }
 
-static clast_status add_triangle(ply_reader *reader, uint32_t a, uint32_t b, uint32_t c)
+static clast_status add_triangle(clast_ply_reader *reader, uint32_t a, uint32_t b, uint32_t c)
 {
     if (reader->index_count / 3 >= UINT32_MAX / 3) {
         return clast_fail(reader->context, CLAST_ERROR_LIMIT, "%s: more triangles than a mesh may have (%u)",
@@ -362,7 +324,7 @@ static clast_status add_triangle(ply_reader *reader, uint32_t a, uint32_t b, uin
     return status;
 }
 
-static clast_status add_polygon(ply_reader *reader, uint32_t count)
+static clast_status add_polygon(clast_ply_reader *reader, uint32_t count)
 {
     const uint32_t *face = reader->face;
     if (count < 3) {
@@ -388,7 +350,7 @@ static clast_status add_polygon(ply_reader *reader, uint32_t count)
 }
 
 // Every vertex of a strip makes a triangle with the two before it, alternately turned.
-static clast_status add_strips(ply_reader *reader, uint32_t count)
+static clast_status add_strips(clast_ply_reader *reader, uint32_t count)
 {
     uint32_t run = 0;
     clast_status status = CLAST_OK;
@@ -404,7 +366,7 @@ static clast_status add_strips(ply_reader *reader, uint32_t count)
     return status;
 }
 
-static clast_status read_faces(ply_reader *reader, bool strips)
+static clast_status read_faces(clast_ply_reader *reader, bool strips)
 {
     const clast_ply_element *element = reader->element;
     if (!reader->has_vertices && element->count > 0) {
@@ -412,8 +374,8 @@ static clast_status read_faces(ply_reader *reader, bool strips)
                           reader->path);
     }
     const clast_ply_property *properties = properties_of(reader);
-    clast_status status = CLAST_OK;
-    for (reader->item = 0; status == CLAST_OK && reader->item < element->count; reader->item++) {
+    clast_status status = strips ? CLAST_OK : clast_ply_read_many_faces(reader);
+    for (; status == CLAST_OK && reader->item < element->count; reader->item++) {
         for (size_t i = 0; status == CLAST_OK && i < element->property_count; i++) {
             clast_word name = properties[i].name;
             uint32_t length;
@@ -436,7 +398,7 @@ static clast_status read_faces(ply_reader *reader, bool strips)
 
 // ----------------------------------------------------------------------------------------------------------- the file
 
-static clast_status skip_element(ply_reader *reader)
+static clast_status skip_element(clast_ply_reader *reader)
 {
     const clast_ply_element *element = reader->element;
     clast_status status = CLAST_OK;
@@ -449,7 +411,7 @@ static clast_status skip_element(ply_reader *reader)
     return status;
 }
 
-static clast_status read_elements(ply_reader *reader)
+static clast_status read_elements(clast_ply_reader *reader)
 {
     for (size_t i = 0; i < reader->header.element_count; i++) {
         reader->element = &reader->header.elements[i];
@@ -473,7 +435,7 @@ static clast_status read_elements(ply_reader *reader)
 }
 
 // Normals that the file gives as nothing become area-weighted ones of the faces.
-static clast_status mend_normals(ply_reader *reader, const clast_mesh *mesh)
+static clast_status mend_normals(clast_ply_reader *reader, const clast_mesh *mesh)
 {
     float *computed = NULL;
     for (uint32_t i = 0; reader->normals != NULL && i < reader->vertex_count; i++) {
@@ -493,7 +455,7 @@ static clast_status mend_normals(ply_reader *reader, const clast_mesh *mesh)
     return CLAST_OK;
 }
 
-static clast_status add_mesh(ply_reader *reader, clast_scene *scene)
+static clast_status add_mesh(clast_ply_reader *reader, clast_scene *scene)
 {
     if (reader->short_faces > 0) {
         clast_log(reader->context, CLAST_LOG_WARNING, "%s: %llu faces have fewer than three corners and are left out",
@@ -532,7 +494,7 @@ static clast_status add_mesh(ply_reader *reader, clast_scene *scene)
 clast_status clast_load_ply(clast_scene *scene, const char *path, clast_file_view *file)
 {
     clast_context *context = scene->context;
-    ply_reader reader = {.context = context, .path = path, .bytes = {file->data, file->size}};
+    clast_ply_reader reader = {.context = context, .path = path, .bytes = {file->data, file->size}};
     clast_status status = clast_ply_read_header(context, path, reader.bytes, &reader.header);
     if (status == CLAST_OK) {
         const char *begin = file->data;

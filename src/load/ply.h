@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The header of a PLY file.
+// What the files of the PLY reader share: the header, and what is being read.
 #ifndef CLAST_LOAD_PLY_H
 #define CLAST_LOAD_PLY_H
 
 #include "base/context.h"
+#include "load/polygon.h"
 #include "load/text.h"
 
 // X(name, other name, bytes)
@@ -51,8 +52,62 @@ clast_status clast_ply_read_header(clast_context *context, const char *path, cla
 void clast_ply_free_header(clast_context *context, clast_ply_header *header);
 
 size_t clast_ply_type_size(clast_ply_type type);
+// A binary value, of which there are enough bytes.
+double clast_ply_value(const unsigned char *bytes, clast_ply_type type, bool big_endian);
 
 // Whether `left` bytes can hold an element's items. Items without properties take no room; their count means nothing.
 bool clast_ply_count_is_possible(const clast_ply_header *header, const clast_ply_element *element, uint64_t left);
+
+// What a property of a vertex is for: a place in the list of its values.
+typedef enum clast_ply_role {
+    CLAST_PLY_X,
+    CLAST_PLY_Y,
+    CLAST_PLY_Z,
+    CLAST_PLY_NX,
+    CLAST_PLY_NY,
+    CLAST_PLY_NZ,
+    CLAST_PLY_U,
+    CLAST_PLY_V,
+    CLAST_PLY_RED,
+    CLAST_PLY_GREEN,
+    CLAST_PLY_BLUE,
+    CLAST_PLY_ALPHA,
+    CLAST_PLY_ROLE_COUNT,
+    CLAST_PLY_NO_ROLE = CLAST_PLY_ROLE_COUNT,
+} clast_ply_role;
+
+typedef struct clast_ply_reader {
+    clast_context *context;
+    const char *path;
+    clast_ply_header header;
+    clast_bytes bytes;
+    uint64_t position; // binary: of the next value
+    clast_text text;   // text: the same
+    const clast_ply_element *element;
+    uint64_t item;
+    bool has_vertices;
+    uint32_t vertex_count;
+    float (*positions)[3];
+    float (*normals)[3];
+    float (*coordinates)[2];
+    float (*colours)[4];
+    uint32_t *indices;
+    size_t index_count, index_capacity;
+    uint32_t *face; // the list at hand
+    size_t face_capacity;
+    clast_polygon polygon;
+    uint64_t short_faces; // of fewer than three corners
+} clast_ply_reader;
+
+// What a whole number or a fraction of a colour is divided by.
+double clast_ply_colour_scale(clast_ply_type type);
+// Stores a vertex; false where a value is not finite.
+bool clast_ply_store_vertex(const clast_ply_reader *reader, uint64_t vertex, const double values[CLAST_PLY_ROLE_COUNT]);
+
+// ply_binary.c: on all threads what binary files allow. Each leaves the rest, from reader->item at reader->position on, to the
+// caller, who reads value by value and so finds what is wrong: all where the element is not of that kind, nothing where all is
+// read. Errors: OUT_OF_MEMORY, CANCELLED, LIMIT.
+clast_status clast_ply_read_many_vertices(clast_ply_reader *reader, const clast_ply_role *roles);
+clast_status clast_ply_read_many_faces(clast_ply_reader *reader);
 
 #endif
