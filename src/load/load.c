@@ -90,14 +90,14 @@ static loader *loader_of_name(const char *path)
     return NULL;
 }
 
-static clast_status load_file(clast_scene *scene, const char *path, clast_file_view *file, bool within_scene_file)
-{
 bool clast_is_gltf(const char *path, clast_bytes bytes)
 {
     loader *load = loader_of_name(path);
     return load == clast_load_gltf || (load == NULL && loader_of_contents(bytes) == clast_load_gltf);
 }
 
+static clast_status load_file(clast_scene *scene, const char *path, clast_file_view *file, bool within_scene_file)
+{
     if (file->size == 0) {
         return clast_fail(scene->context, CLAST_ERROR_MALFORMED, "%s: the file is empty", path);
     }
