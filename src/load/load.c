@@ -114,7 +114,9 @@ static clast_status load_file(clast_scene *scene, const char *path, clast_file_v
     }
     size_t first = scene->geometry_count;
     clast_status status = load(scene, path, file);
-    return status == CLAST_OK ? clast_scene_tessellate_displaced(scene, first) : status;
+    // A scene file has decided for its models.
+    bool decides = status == CLAST_OK && load != clast_load_scene_file;
+    return decides ? clast_scene_tessellate_displaced(scene, first) : status;
 }
 
 static clast_status load_path(clast_scene *scene, const char *path, bool within_scene_file)
