@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The displaced scene: the paved yard of an old cloister in low sun. A few thousand triangles; all that is carved, laid and
-// grown comes from height maps. Every model is closed, and most have hard edges and seams of their texture coordinates.
+// grown comes from height maps. Every model but the land is closed, and most have hard edges and seams of their texture
+// coordinates.
 // Metres, y up.
 #ifndef CLAST_GENERATE_CLOISTER_H
 #define CLAST_GENERATE_CLOISTER_H

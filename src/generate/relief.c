@@ -13,7 +13,7 @@ const clast_relief_files clast_relief_names[CLAST_RELIEF_KINDS] = {
     [CLAST_RELIEF_BARK] = {"bark_height.png", "bark_colour.png", 1, 0.075f, 0.5f},
     [CLAST_RELIEF_RINGS] = {"rings_height.png", "rings_colour.png", 1, 0.020f, 0.8f},
     [CLAST_RELIEF_ASHLAR] = {"ashlar_height.png", "ashlar_colour.png", 1, 0.060f, 0.5f},
-    [CLAST_RELIEF_HILLS] = {"hills_height.png", "hills_colour.png", 1, 90.0f, 0.0f},
+    [CLAST_RELIEF_HILLS] = {"hills_height.png", "hills_colour.png", 1, 56.0f, 0.0f},
 };
 
 // A texel: linear colour, and height, about 0 to 1.
@@ -225,7 +225,9 @@ static relief hills(vec2 p, uint seed)
     vec2 place = q * 0.0075f + bend * 0.7f;
     float ridge = clast_ridged2(place, 5, seed), swell = clast_fractal2(q * 0.02f, 4, seed + 10);
     float fine = clast_fractal2(q * 0.35f, 5, seed + 20), patch = clast_fractal2(q * 0.03f, 5, seed + 21);
-    float rise = smooth_step(30.0f, 250.0f, radius);
+    // A valley is open towards +x, where the sun is.
+    float rise = smooth_step(30.0f, 250.0f, radius) *
+                 (1.0f - 0.55f * smooth_step(0.3f, 0.85f, q[0] / max1(radius, 1.0f)));
     float height = rise * rise * (0.20f + 0.80f * ridge + 0.35f * swell + 0.03f * fine) +
                    0.0045f * smooth_step(14.0f, 26.0f, radius) * (1.0f + swell + 0.4f * fine);
     vec3 grass = mix3(vec3(0.34f, 0.275f, 0.125f), vec3(0.165f, 0.175f, 0.055f), smooth_step(-0.15f, 0.30f, patch));
