@@ -33,6 +33,18 @@ CLAST_API void clast_scene_destroy(clast_scene *scene);
  *  the extension), LIMIT, OUT_OF_MEMORY, CANCELLED; the message says the file, the place and what was expected. */
 CLAST_API clast_status clast_scene_load(clast_context *context, const char *path, clast_scene **scene);
 
+/** Which of several to take from glTF files, by name, or by number where none has that name. Null: what the file says is its
+ *  default. Of a scene file, what its models say goes before this. */
+typedef struct clast_scene_choice {
+    const char *scene;   /**< one of the file's scenes; null: its default, or the first */
+    const char *variant; /**< of KHR_materials_variants; null: none, the materials without variants */
+} clast_scene_choice;
+
+/** The same with a choice, null for none. A choice that a glTF file does not have is INVALID_ARGUMENT; the message lists those that
+ *  it has. */
+CLAST_API clast_status clast_scene_load_chosen(clast_context *context, const char *path, const clast_scene_choice *choice,
+                                               clast_scene **scene);
+
 /* ----------------------------------------------------------------------------------------------- images and materials */
 
 /** Pixels, row by row from the top, tightly packed. */

@@ -7,23 +7,15 @@
 #include "load/gltf.h"
 #include "load/json_text.h"
 
+// FB_ngon_encoding says by the order of triangles which make polygons; they are drawn as they are.
 static const char *const EXTENSIONS[] = {
-    "EXT_mesh_gpu_instancing",
-    "EXT_meshopt_compression",
-    "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
-    "KHR_materials_displacement",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
-    "KHR_meshopt_compression",
-    "KHR_texture_transform",
+    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",    "EXT_texture_webp",
+    "FB_ngon_encoding",           "KHR_lights_punctual",        "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",    "KHR_materials_displacement", "KHR_materials_emissive_strength",
+    "KHR_materials_ior",          "KHR_materials_sheen",        "KHR_materials_specular",
+    "KHR_materials_transmission", "KHR_materials_unlit",        "KHR_materials_variants",
+    "KHR_materials_volume",       "KHR_mesh_quantization",      "KHR_meshopt_compression",
+    "KHR_texture_transform",      "MSFT_texture_dds",
 };
 
 static bool has_extension(const char *name)
@@ -166,6 +158,7 @@ static void read_file(clast_gltf *gltf)
         return;
     }
     read_lists(gltf);
+    clast_gltf_choose(gltf);
     if (clast_gltf_ok(gltf) && allocate_tables(gltf)) {
         clast_gltf_read_images(gltf);
     }

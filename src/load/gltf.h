@@ -89,6 +89,7 @@ typedef struct clast_gltf {
     uint32_t *mesh_geometries; // for each mesh, where its geometries begin in `geometries`; CLAST_NONE: not read yet
     uint32_t *geometries;      // of each primitive of the meshes read; CLAST_NONE where it draws nothing
     size_t geometry_count, geometry_capacity;
+    uint32_t chosen_scene, chosen_variant; // CLAST_NONE: the first; none
 } clast_gltf;
 
 // ------------------------------------------------------------------------------------------------------ gltf_json.c
@@ -247,5 +248,12 @@ void clast_gltf_read_nodes(clast_gltf *gltf);
 // Adds the camera or the light of a node, where it has one.
 void clast_gltf_add_camera(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *to_world);
 void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *to_world);
+
+// ---------------------------------------------------------------------------------------------------- gltf_choice.c
+
+// Finds the scene and the variant of the materials that are wanted.
+void clast_gltf_choose(clast_gltf *gltf);
+// The material of a primitive, by the variant; CLAST_NONE where it has none.
+uint32_t clast_gltf_primitive_material(clast_gltf *gltf, const clast_gltf_value *primitive);
 
 #endif

@@ -107,6 +107,10 @@ static void read_batch(clast_gltf *gltf, image_job *jobs, size_t count)
     }
 }
 
+// Extensions that hold an image where a texture has no source that every reader knows.
+static const char *const SOURCE_EXTENSIONS[] = {"EXT_texture_webp", "MSFT_texture_dds"};
+enum { SOURCE_EXTENSION_COUNT = sizeof SOURCE_EXTENSIONS / sizeof *SOURCE_EXTENSIONS };
+
 // Marks the image of a texture that a material's slot names; what is broken there is said when the material is read.
 static void mark_slot(clast_gltf *gltf, const clast_gltf_value *object, const char *name, bool *used)
 {
@@ -118,8 +122,11 @@ static void mark_slot(clast_gltf *gltf, const clast_gltf_value *object, const ch
     if (texture < 0 || (uint64_t)texture >= counts[0]) {
         return;
     }
-    const json_t *source = json_object_get(json_array_get(gltf->lists[CLAST_GLTF_TEXTURES].json, (size_t)texture),
-                                           "source");
+    const json_t *entry = json_array_get(gltf->lists[CLAST_GLTF_TEXTURES].json, (size_t)texture);
+    const json_t *extensions = json_object_get(entry, "extensions"), *source = json_object_get(entry, "source");
+    for (int i = 0; source == NULL && i < SOURCE_EXTENSION_COUNT; i++) {
+        source = json_object_get(json_object_get(extensions, SOURCE_EXTENSIONS[i]), "source");
+    }
     json_int_t image = json_is_integer(source) ? json_integer_value(source) : -1;
     if (image >= 0 && (uint64_t)image < counts[1]) {
         used[image] = true;
@@ -230,13 +237,25 @@ static void warn_sourceless(clast_gltf *gltf, const clast_gltf_value *texture)
                     name != NULL ? name : "");
 }
 
+// The image of a texture; CLAST_NONE where it has none that is read.
+static uint32_t read_source(clast_gltf *gltf, const clast_gltf_value *texture)
+{
+    uint32_t source = clast_gltf_index(gltf, texture, "source", CLAST_GLTF_IMAGES);
+    for (int i = 0; source == CLAST_NONE && clast_gltf_ok(gltf) && i < SOURCE_EXTENSION_COUNT; i++) {
+        clast_gltf_value extensions;
+        clast_gltf_value holder = clast_gltf_extension(gltf, texture, &extensions, SOURCE_EXTENSIONS[i]);
+        source = clast_gltf_index(gltf, &holder, "source", CLAST_GLTF_IMAGES);
+    }
+    return source;
+}
+
 uint32_t clast_gltf_texture(clast_gltf *gltf, uint32_t index)
 {
     if (gltf->textures[index] != CLAST_NONE) {
         return gltf->textures[index];
     }
     clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_TEXTURES, index);
-    uint32_t source = clast_gltf_index(gltf, &value, "source", CLAST_GLTF_IMAGES);
+    uint32_t source = read_source(gltf, &value);
     uint32_t sampler_index = clast_gltf_index(gltf, &value, "sampler", CLAST_GLTF_SAMPLERS);
     clast_texture texture = {.wrap_u = CLAST_WRAP_REPEAT, .wrap_v = CLAST_WRAP_REPEAT, .filter = CLAST_FILTER_LINEAR};
     if (clast_gltf_ok(gltf) && sampler_index != CLAST_NONE) {

@@ -530,7 +530,7 @@ static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, cons
         return false;
     }
     primitive made = {.mesh.material = CLAST_NONE};
-    uint32_t index = clast_gltf_index(gltf, value, "material", CLAST_GLTF_MATERIALS);
+    uint32_t index = clast_gltf_primitive_material(gltf, value);
     const clast_gltf_material *material = index != CLAST_NONE ? clast_gltf_use_material(gltf, index) : NULL;
     if (material != NULL) {
         made.mesh.material = material->number;

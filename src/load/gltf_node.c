@@ -343,11 +343,11 @@ static void walk_from(walk *walk, uint32_t root)
     }
 }
 
-// The roots of the default scene; without `scene` the first one, and without scenes every root, as viewers do.
+// The roots of the scene that is wanted, or of the default one; without `scene` the first one, and without scenes every root, as viewers do.
 static void walk_scene(walk *walk)
 {
     clast_gltf *gltf = walk->gltf;
-    uint32_t index = clast_gltf_index(gltf, &gltf->root, "scene", CLAST_GLTF_SCENES);
+    uint32_t index = gltf->chosen_scene;
     if (clast_gltf_size(&gltf->lists[CLAST_GLTF_SCENES]) == 0) {
         for (uint32_t i = 0; i < walk->node_count && clast_gltf_ok(gltf); i++) {
             if (walk->parents[i] == CLAST_NONE) {

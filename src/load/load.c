@@ -146,6 +146,12 @@ clast_status clast_load_model(clast_scene *scene, const char *path)
 
 clast_status clast_scene_load(clast_context *context, const char *path, clast_scene **scene)
 {
+    return clast_scene_load_chosen(context, path, NULL, scene);
+}
+
+clast_status clast_scene_load_chosen(clast_context *context, const char *path, const clast_scene_choice *choice,
+                                     clast_scene **scene)
+{
     if (context == NULL || path == NULL || scene == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
@@ -155,7 +161,9 @@ clast_status clast_scene_load(clast_context *context, const char *path, clast_sc
     if (status != CLAST_OK) {
         return status;
     }
+    loaded->choice = choice != NULL ? *choice : (clast_scene_choice){NULL, NULL};
     status = clast_load_into(loaded, path);
+    loaded->choice = (clast_scene_choice){NULL, NULL};
     if (status != CLAST_OK) {
         clast_scene_destroy(loaded);
         return status;

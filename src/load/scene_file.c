@@ -278,10 +278,25 @@ static void tessellate_model(scene_reader *reader, const clast_json_place *model
     }
 }
 
+// What a model says of its file's scenes and variants goes before what the caller said for all.
+static void choose_model(scene_reader *reader, const clast_json_place *model)
+{
+    clast_scene_choice *choice = &reader->scene->choice;
+    clast_json_place scene = clast_json_member(model, "scene"), variant = clast_json_member(model, "variant");
+    const char *text;
+    if (clast_json_text(&reader->json, &scene, &text)) {
+        choice->scene = text;
+    }
+    if (clast_json_text(&reader->json, &variant, &text)) {
+        choice->variant = text;
+    }
+}
+
 static void read_model(scene_reader *reader, const clast_json_place *model)
 {
     clast_json *json = &reader->json;
-    if (!clast_json_object(json, model, "path translation rotation scale copies displacement tessellated curved")) {
+    if (!clast_json_object(json, model,
+                           "path scene variant translation rotation scale copies displacement tessellated curved")) {
         return;
     }
     uint32_t copies = 1;
@@ -295,7 +310,12 @@ static void read_model(scene_reader *reader, const clast_json_place *model)
     if (path != NULL && json->status == CLAST_OK) {
         scene_mark from = mark(reader->scene);
         size_t first_geometry = reader->scene->geometry_count, first_material = reader->scene->material_count;
-        clast_json_check(json, model, clast_load_model(reader->scene, path));
+        clast_scene_choice before = reader->scene->choice;
+        choose_model(reader, model);
+        if (json->status == CLAST_OK) {
+            clast_json_check(json, model, clast_load_model(reader->scene, path));
+        }
+        reader->scene->choice = before;
         if (json->status == CLAST_OK && displacement.given) {
             displace_model(reader, &displacement_place, first_geometry, first_material, &displacement);
             clast_json_check(json, &displacement_place,

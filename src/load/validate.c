@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "load/account.h"
 #include "load/image.h"
 
 enum { LISTED_MOST = 10000, POINTER_SIZE = 512, DEPTH_MOST = 32, EXTENSIONS_MOST = 256 };
@@ -271,6 +272,9 @@ static void validate_gltf(clast_validator *v, clast_bytes file)
     v->is_container = clast_bytes_begin_with(file, "glTF") || strcmp(extension, "glb") == 0;
     clast_bytes text = file;
     v->status = clast_scene_create(v->context, &v->scene);
+    if (v->status == CLAST_OK) {
+        clast_account_read(v->scene, file.size);
+    }
     if (v->status == CLAST_OK && (!v->is_container || clast_validate_container(v, file, &text)) && parse(v, text) &&
         find_lists(v)) {
         v->is_quantised = clast_validate_declares(v, "KHR_mesh_quantization");

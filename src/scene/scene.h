@@ -95,6 +95,7 @@ struct clast_scene {
     uint32_t instance_version;
     uint32_t light_version;
     uint32_t position_version; // of all meshes: grows when positions are replaced
+    clast_scene_choice choice; // while a file is read: the loader's
     uint64_t stored_bytes,
         made_bytes; // what loaders have read for it, and what they have made of that (load/account.h)
 };
