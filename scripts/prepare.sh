@@ -21,6 +21,7 @@ package_is_there() {
     libembree-dev) ls /usr/include/embree*/rtcore.h || ls /usr/local/include/embree*/rtcore.h ;;
     glslang-tools) command -v glslangValidator ;;
     spirv-tools) command -v spirv-dis ;;
+    clang) command -v clang ;;
     gcc-aarch64-linux-gnu) command -v aarch64-linux-gnu-gcc ;;
     g++-aarch64-linux-gnu) command -v aarch64-linux-gnu-g++ ;;
     qemu-user) command -v qemu-aarch64 ;;
@@ -37,15 +38,15 @@ missing_packages() {
 # Only installs packages: never adds sources of packages, never removes anything.
 install_packages() {
     command -v apt-get >/dev/null 2>&1 || return 1
-    root=
+    as_root=
     if [ "$(id -u)" -ne 0 ]; then
         sudo -n true >/dev/null 2>&1 || return 1
-        root='sudo -n'
+        as_root='sudo -n'
     fi
     echo "installing: $*"
     # Lists of packages may be old or absent; they are fetched only now that something is missing. Old ones may still do.
-    $root apt-get update -qq || true
-    $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" </dev/null
+    $as_root apt-get update -qq || true
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" </dev/null
 }
 
 # prepare PACKAGE...: returns when all are there; else names what is missing and ends the script.
@@ -65,3 +66,4 @@ prepare() {
 build_packages='cmake ninja-build gcc g++ pkg-config libjansson-dev libpng-dev libturbojpeg0-dev libopenexr-dev libwebp-dev
     libzstd-dev libxxhash-dev'
 test_packages='libcmocka-dev libembree-dev glslang-tools spirv-tools'
+fuzz_packages='clang libclang-rt-dev'
