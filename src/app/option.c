@@ -39,12 +39,14 @@ enum { CLAST_IN_FRAME = CLAST_IN_RENDER | CLAST_IN_EXPORT };
     {name, CLAST_OPTION_SIZE, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
 #define COMMAND_FLAG(verbs, field, name, help) \
     {name, CLAST_OPTION_FLAG, verbs, 0, 0, 0, "", "", help, NULL, PLACES(field)},
+#define COMMAND_TEXT(verbs, field, name, placeholder, help) \
+    {name, CLAST_OPTION_TEXT, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
 #define COMMAND_OPTIONAL(verbs, field, name, placeholder, help) \
     {name, CLAST_OPTION_OPTIONAL, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
 
-const clast_option clast_options[] = {CLAST_RENDER_SETTING_LIST(RENDER_UINT, RENDER_REAL, RENDER_CHOICE, RENDER_TEXT)
-                                          CLAST_COMMAND_OPTION_LIST(COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE,
-                                                                    COMMAND_SIZE, COMMAND_FLAG, COMMAND_OPTIONAL)};
+const clast_option clast_options[] = {
+    CLAST_RENDER_SETTING_LIST(RENDER_UINT, RENDER_REAL, RENDER_CHOICE, RENDER_TEXT) CLAST_COMMAND_OPTION_LIST(
+        COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE, COMMAND_SIZE, COMMAND_FLAG, COMMAND_TEXT, COMMAND_OPTIONAL)};
 const size_t clast_option_count = sizeof clast_options / sizeof *clast_options;
 
 clast_option_word clast_option_spell(const clast_option *option)

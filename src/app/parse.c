@@ -248,7 +248,8 @@ static void set_defaults(clast_verb verb, clast_command *command)
 #define DEFAULT_NUMBER(verbs, field, name, initial, ...) command->field = initial;
 #define DEFAULT_CHOICE(verbs, field, name, list, initial, ...) command->field = initial;
 #define DEFAULT_ZERO(verbs, field, ...)
-    CLAST_COMMAND_OPTION_LIST(DEFAULT_NUMBER, DEFAULT_NUMBER, DEFAULT_CHOICE, DEFAULT_ZERO, DEFAULT_ZERO, DEFAULT_ZERO)
+    CLAST_COMMAND_OPTION_LIST(DEFAULT_NUMBER, DEFAULT_NUMBER, DEFAULT_CHOICE, DEFAULT_ZERO, DEFAULT_ZERO, DEFAULT_ZERO,
+                              DEFAULT_ZERO)
 }
 
 bool clast_command_parse(clast_verb verb, int count, char *const *arguments, clast_command *command)

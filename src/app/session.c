@@ -63,6 +63,7 @@ bool clast_session_begin(clast_session *session, const clast_command *command)
         .threads = command->threads,
         .memory_limit = command->memory,
         .isa = (clast_isa)command->isa,
+        .cache_folder = command->cache_dir,
     };
     clast_status status = clast_context_create(&desc, &session->context);
     if (status == CLAST_ERROR_DEVICE) {

@@ -21,6 +21,7 @@ enum {
 
 struct clast_context {
     clast_context_desc desc;
+    char *cache_folder; // a copy
     struct clast_pool *pool;
     pthread_mutex_t error_lock;
     char error[ERROR_TEXT_SIZE];
@@ -114,6 +115,10 @@ clast_status clast_context_create(const clast_context_desc *desc, clast_context 
         return CLAST_ERROR_THREAD;
     }
     clast_status status = clast_pool_create(made, resolved.threads, &made->pool);
+    if (status == CLAST_OK && desc->cache_folder != NULL) {
+        made->cache_folder = clast_copy_text(made, desc->cache_folder);
+        status = made->cache_folder != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
+    }
     if (status != CLAST_OK) {
         clast_context_destroy(made);
         return status;
@@ -130,6 +135,7 @@ void clast_context_destroy(clast_context *context)
     if (context->pool != NULL) {
         clast_pool_destroy(context, context->pool);
     }
+    clast_free(context, context->cache_folder);
     pthread_mutex_destroy(&context->error_lock);
     clast_memory_hook memory = context->desc.memory;
     memory.reallocate(memory.user, context, sizeof *context, 0);
@@ -163,6 +169,11 @@ uint32_t clast_context_threads(const clast_context *context)
 struct clast_pool *clast_context_pool(clast_context *context)
 {
     return context->pool;
+}
+
+const char *clast_context_cache_folder(const clast_context *context)
+{
+    return context->cache_folder;
 }
 
 const clast_file_hook *clast_context_files(const clast_context *context)

@@ -49,5 +49,7 @@ clast_status clast_array_reserve(clast_context *context, void **array, size_t *c
 
 struct clast_pool *clast_context_pool(clast_context *context);
 const clast_file_hook *clast_context_files(const clast_context *context);
+// Null where there is none.
+const char *clast_context_cache_folder(const clast_context *context);
 
 #endif

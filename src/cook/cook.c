@@ -10,6 +10,10 @@ clast_status clast_cooked_create(clast_context *context, clast_cooked **result)
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     cooked->context = context;
+    cooked->file_cache = (clast_file_cache){context, clast_context_cache_folder(context)};
+    if (cooked->file_cache.folder != NULL) {
+        cooked->cache = clast_file_cache_hooks(&cooked->file_cache);
+    }
     cooked->patterns = &clast_patterns;
     clast_status status = clast_template_set_create(context, &cooked->templates);
     if (status == CLAST_OK) {
@@ -92,7 +96,15 @@ static clast_status cook_anew(clast_cooked *cooked, const clast_scene *scene, co
     }
     clast_unit *unit = NULL;
     if (status == CLAST_OK) {
-        clast_cook_job job = {cooked->context, scene, geometry, cooked->templates, cooked->heights, cooked->patterns};
+        clast_cook_job job = {
+            .context = cooked->context,
+            .scene = scene,
+            .geometry = geometry,
+            .templates = cooked->templates,
+            .heights = cooked->heights,
+            .patterns = cooked->patterns,
+            .cache = cooked->cache.find != NULL ? &cooked->cache : NULL,
+        };
         status = clast_sources[geometry->kind]->cook(&job, &unit);
     }
     if (status != CLAST_OK) {

@@ -3,7 +3,7 @@
 #ifndef CLAST_COOK_COOK_H
 #define CLAST_COOK_COOK_H
 
-#include "source/source.h"
+#include "cook/cache.h"
 
 // A scene's units, by geometry number, and the templates they share.
 typedef struct clast_cooked {
@@ -11,6 +11,8 @@ typedef struct clast_cooked {
     clast_template_set *templates;
     clast_height_store *heights;
     const clast_pattern_table *patterns;
+    clast_file_cache file_cache;
+    clast_cook_cache cache; // empty where the context has no folder for it
     clast_unit **units;
     size_t unit_count, unit_capacity;
     clast_geometry

@@ -480,32 +480,25 @@ static clast_box directions_of(const vec3 n[3])
     return box;
 }
 
-static clast_height_range heights_of(const displaced_unit *unit, const clast_mesh *mesh, size_t triangle)
+// What a triangle's map holds over it, as heights.
+static clast_height_range heights_of(const displaced_unit *unit, size_t triangle, clast_height_range range)
 {
     const displaced_map *map = &unit->maps[displaced_map_of(unit, (uint32_t)triangle)];
     if (map->height == NULL) {
         return (clast_height_range){0.0f, 0.0f};
     }
-    vec2 corners[3];
-    float density = 0.0f, shortest = 0.0f;
-    for (uint32_t k = 0; k < 3; k++) {
-        uint32_t vertex = mesh->indices[3 * triangle + k];
-        corners[k] = clast_displaced_coordinates(map, mesh, vertex);
-        density = max1(density, unit->vertices[unit->vertex_of[vertex]].density_square);
-        shortest = max1(shortest, unit->vertices[unit->vertex_of[vertex]].shortest_square);
-    }
-    clast_height_range range = clast_height_bounds(map->height, corners, vertex_rest_level(density, shortest));
     float a = range.lower * map->scale + map->offset, b = range.upper * map->scale + map->offset;
     return (clast_height_range){min1(a, b), max1(a, b)};
 }
 
-static float reach_of_triangle(const displaced_unit *unit, const clast_mesh *mesh, size_t triangle, clast_box *reach)
+static float reach_of_triangle(const displaced_unit *unit, const clast_mesh *mesh, size_t triangle,
+                               clast_height_range range, clast_box *reach)
 {
     vec3 n[3];
     for (uint32_t k = 0; k < 3; k++) {
         n[k] = load3(unit->vertices[unit->vertex_of[mesh->indices[3 * triangle + k]]].normal);
     }
-    clast_height_range heights = heights_of(unit, mesh, triangle);
+    clast_height_range heights = heights_of(unit, triangle, range);
     clast_box directions = directions_of(n);
     widen(reach, load3(directions.lower) * heights.lower);
     widen(reach, load3(directions.lower) * heights.upper);
@@ -517,7 +510,8 @@ static float reach_of_triangle(const displaced_unit *unit, const clast_mesh *mes
 typedef struct reach_job {
     const displaced_unit *unit;
     const clast_mesh *mesh;
-    clast_box *boxes; // one for each chunk
+    const clast_height_range *ranges; // by triangle
+    clast_box *boxes;                 // one for each chunk
     float *heights;
 } reach_job;
 
@@ -532,7 +526,7 @@ static void reach_range(void *data, size_t begin, size_t end, uint32_t worker)
     float *height = &job->heights[begin / REACH_GRAIN];
     *height = 0.0f;
     for (size_t i = begin; i < end; i++) {
-        *height = max1(*height, reach_of_triangle(job->unit, job->mesh, i, box));
+        *height = max1(*height, reach_of_triangle(job->unit, job->mesh, i, job->ranges[i], box));
     }
 }
 
@@ -545,12 +539,12 @@ static bool box_within(const clast_box *box, float most)
     return within;
 }
 
-static clast_status bound_surface(displaced_cook *cook)
+static clast_status bound_surface(displaced_cook *cook, const clast_height_range *ranges)
 {
     displaced_unit *unit = cook->unit;
     const clast_mesh *mesh = cook->mesh;
     size_t chunks = ((size_t)mesh->triangle_count + REACH_GRAIN - 1) / REACH_GRAIN;
-    reach_job job = {unit, mesh, clast_allocate(cook->context, chunks, sizeof *job.boxes),
+    reach_job job = {unit, mesh, ranges, clast_allocate(cook->context, chunks, sizeof *job.boxes),
                      clast_allocate(cook->context, chunks, sizeof *job.heights)};
     if (job.boxes == NULL || job.heights == NULL) {
         clast_free(cook->context, job.boxes);
@@ -651,7 +645,10 @@ static clast_status cook_mesh(displaced_cook *cook, const clast_cook_job *job)
     measure_vertices(cook);
     status = make_all_gradients(cook);
     status = status == CLAST_OK ? look_up(cook, 3) : status;
-    status = status == CLAST_OK ? bound_surface(cook) : status;
+    clast_height_range *ranges = NULL;
+    status = status == CLAST_OK ? clast_displaced_find_heights(cook, job->cache, &ranges) : status;
+    status = status == CLAST_OK ? bound_surface(cook, ranges) : status;
+    clast_free(cook->context, ranges);
     status = status == CLAST_OK ? look_up(cook, 4) : status;
     status = status == CLAST_OK ? clast_displaced_cook_clusters(cook, job->templates) : status;
     return status;

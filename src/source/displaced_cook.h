@@ -18,4 +18,9 @@ typedef struct displaced_cook {
 // Clusters with their triangles, edges and seams, and the templates. Vertices are there.
 clast_status clast_displaced_cook_clusters(displaced_cook *cook, clast_template_set *templates);
 
+// What the map of each of the mesh's triangles holds over it, by triangle: a block of clast_allocate. Vertices are there. `cache`
+// may be null.
+clast_status clast_displaced_find_heights(const displaced_cook *cook, const clast_cook_cache *cache,
+                                          clast_height_range **ranges);
+
 #endif

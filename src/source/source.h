@@ -76,6 +76,20 @@ typedef struct clast_unit {
     uint32_t material_count;
 } clast_unit;
 
+// What identifies cooked data: a hash of all that it is made of, and of how.
+typedef struct clast_cook_key {
+    uint64_t low, high;
+} clast_cook_key;
+
+// Keeps what takes long to cook from one run to the next. Both are called from the thread that cooks.
+typedef struct clast_cook_cache {
+    void *user;
+    // Copies what is kept under a key, where that is `size` bytes; false where there is nothing. Sources check what they get.
+    bool (*find)(void *user, clast_cook_key key, void *data, size_t size);
+    // Where it fails, the log says so, and cooking goes on.
+    void (*keep)(void *user, clast_cook_key key, const void *data, size_t size);
+} clast_cook_cache;
+
 // What is to be cooked, and with what.
 typedef struct clast_cook_job {
     clast_context *context;
@@ -84,6 +98,7 @@ typedef struct clast_cook_job {
     clast_template_set *templates;       // of all units: further ones are added
     clast_height_store *heights;         // displacement maps that units share
     const clast_pattern_table *patterns; // that cut triangles; outlives the units
+    const clast_cook_cache *cache;       // null where nothing is kept
 } clast_cook_job;
 
 typedef struct clast_source {
