@@ -59,6 +59,35 @@ enum {
 #define CLAST_COMMAND_OPTION_LIST(UINT, REAL, CHOICE, SIZE, FLAG, TEXT, OPTIONAL) \
     CHOICE(CLAST_IN_RENDER, view, "view", CLAST_VIEW_LIST, CLAST_VIEW_COLOUR, \
            "what the picture shows; an .exr output holds all views as layers unless this is given") \
+    UINT(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, copies, "copies", 1, 1, 16777216, "N", \
+         "repeats the scene in a square grid of N copies") \
+    FLAG(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, curved, "curved", \
+         "tessellates all meshes, bent along their normals (PN triangles)") \
+    UINT(CLAST_IN_EXPORT, instance, "instance", 0, 0, 4294967294u, "N", \
+         "writes the instance of that number alone; without it, all that are visible") \
+    FLAG(CLAST_IN_EXPORT, weld, "weld", \
+         "gives each position one vertex: normals are averaged, texture coordinates and colours left out") \
+    CHOICE(CLAST_IN_RENDER, device, "device", CLAST_DEVICE_LIST, CLAST_DEVICE_AUTOMATIC, \
+           "where work is done; auto takes the best there is, which is the CPU") \
+    REAL(CLAST_IN_GENERATE, detail, "detail", 1.0, 0.02, 25.0, "FACTOR", \
+         "scales the number of triangles; 1 is about a million") \
+    UINT(CLAST_IN_GENERATE, generate_seed, "seed", 0, 0, 4294967295u, "N", "seed of the random numbers") \
+    FLAG(CLAST_IN_GENERATE, list, "list", "lists the scenes that there are, and does nothing else") \
+    FLAG(CLAST_IN_INFO, no_cook, "no-cook", "only reads the file: no clusters, no acceleration structures") \
+    REAL(CLAST_IN_COMPARE, max_mse, "max-mse", 0.0, 0.0, 1e30, "X", "largest mean squared error of images that agree") \
+    REAL(CLAST_IN_COMPARE, max_difference, "max-difference", 0.0, 0.0, 1e30, "X", \
+         "largest difference of a channel of images that agree; without both bounds, 0: equal images") \
+    REAL(CLAST_IN_COMPARE, max_flip, "max-flip", 0.0, 0.0, 1.0, "X", \
+         "largest mean of FLIP, the difference that an eye sees, 0 to 1, of images that agree") \
+    REAL(CLAST_IN_COMPARE, pixels_per_degree, "pixels-per-degree", 67.0206433, 1.0, 10000.0, "N", \
+         "of the viewer's sight, for FLIP; the default is a 4K monitor as far away as it is wide") \
+    OPTIONAL(CLAST_IN_ALL & ~CLAST_IN_GENERATE, json, "json", "FILE", \
+             "writes one JSON object of results and statistics into FILE, or on standard output") \
+    UINT(CLAST_IN_ALL, threads, "threads", 0, 0, 1024, "N", "threads that work; 0 is one for each processor") \
+    CHOICE(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, isa, "isa", CLAST_ISA_CHOICE_LIST, 0, \
+           "instruction set of the kernels; auto is the best that the machine has; all give the same picture") \
+    SIZE(CLAST_IN_ALL, memory, "memory", "BYTES", \
+         "most memory that clast may hold at a time, as 4G or 512M; 0 is no bound") \
     TEXT(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, cache_dir, "cache-dir", "FOLDER", \
          "where what took long to cook is kept for the next run; without it, nothing is") \
     FLAG(CLAST_IN_ALL, quiet, "quiet", "prints errors only") \
