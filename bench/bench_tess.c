@@ -31,7 +31,7 @@ typedef struct tess_kind {
 } tess_kind;
 
 static const tess_kind kinds[] = {
-    {"long", 1.0f / 7.6f, 82.0f, 150.0, true},
+    {"long", 1.0f / 7.3f, 75.0f, 150.0, true},
     {"short", 1.0f / 1.75f, 4.2f, 60.0, false},
 };
 
@@ -91,8 +91,8 @@ static tess_ground make_ground(uint32_t base_triangles)
     for (uint32_t j = 0; j <= side; j++) {
         for (uint32_t i = 0; i <= side; i++) {
             float *p = g.base.positions + 3 * (size_t)(j * (side + 1) + i);
-            p[0] = g.spacing * ((float)i + random_between(&r, -0.06f, 0.06f));
-            p[1] = g.spacing * ((float)j + random_between(&r, -0.06f, 0.06f));
+            p[0] = g.spacing * ((float)i + random_between(&r, -0.03f, 0.03f));
+            p[1] = g.spacing * ((float)j + random_between(&r, -0.03f, 0.03f));
             p[2] = hill(p[0], p[1]);
             float *uv = g.coordinates + 2 * (size_t)(j * (side + 1) + i);
             uv[0] = p[0] * g.map_scale / TESS_MAP_SIDE;

@@ -161,7 +161,7 @@ CLAST_API size_t clast_clas_own_bytes(uint32_t triangle_count);
 CLAST_API uint64_t clast_clas_room_bytes(const clast_clas_room *room);
 /** Gives the pool `room->count` slots with nothing there, in place of those that it has; for callers that make vertices in a loop
  *  of their own, and have them in the cache. Memory that is large enough is used again; where it is not, and the pool had
- *  some, an eighth more is taken than is needed. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY; the pool is unchanged then. */
+ *  some, a little more is taken than is needed. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY; the pool is unchanged then. */
 CLAST_API clast_status clast_clas_pool_resize(clast_clas_pool *pool, const clast_clas_room *room);
 /** Sets a slot, as clast_clas_instantiate does. Calls for different slots may run at the same time, on any threads.
  *  INVALID_ARGUMENT, and nothing is changed, where there is no such slot or template, no vertices, or a template has more

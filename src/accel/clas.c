@@ -252,7 +252,7 @@ clast_status clast_clas_pool_resize(clast_clas_pool *pool, const clast_clas_room
     slot_sizes sizes = sizes_of_room(room);
     uint64_t bytes = bytes_for(room->count, sizes);
     bool grows = pool->reserve.memory != NULL && !pool->reserve.borrowed && bytes > pool->reserve.bytes;
-    status = clast_reserve_fit(pool->context, &pool->reserve, grows ? bytes + bytes / 8 : bytes);
+    status = clast_reserve_fit(pool->context, &pool->reserve, grows ? bytes + bytes / 32 : bytes);
     if (status != CLAST_OK) {
         return status;
     }

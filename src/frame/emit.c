@@ -33,7 +33,7 @@ static void emit_range(void *data, size_t begin, size_t end, uint32_t worker)
     atomic_fetch_add(&job->vertices, vertices);
 }
 
-// Room for an array that is written anew: what it held is lost. From the second time on an eighth more is taken than is
+// Room for an array that is written anew: what it held is lost. From the second time on a little more is taken than is
 // needed, unless memory is bounded: then it is as much as was counted.
 static clast_status renew(clast_frame *frame, void **array, size_t *capacity, size_t wanted, size_t size)
 {
@@ -41,7 +41,7 @@ static clast_status renew(clast_frame *frame, void **array, size_t *capacity, si
     if (wanted <= *capacity && (!bounded || wanted == *capacity)) {
         return CLAST_OK;
     }
-    size_t grown = *capacity != 0 && !bounded ? wanted + wanted / 8 : wanted;
+    size_t grown = *capacity != 0 && !bounded ? wanted + wanted / 32 : wanted;
     clast_free(frame->context, *array);
     *capacity = 0;
     *array = clast_allocate(frame->context, grown, size);

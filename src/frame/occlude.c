@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass occlude: what hides behind what. A coarse pass of the same frame traces the scene at the least rate and keeps the
 // farthest depths that it saw; an instance that lies behind them is hidden. So a frame's picture does not depend on the
-// frames before. Nothing is done where no unit adapts, or where being hidden changes nothing.
+// frames before. Nothing is done where no unit adapts, where nothing else is there, or where being hidden changes nothing.
 //
 // The depths err to the far side: to them comes how far a unit may be from its coarse form; each is the farthest of its
 // neighbours; transparent surfaces, and backs of triangles, hide nothing.
@@ -25,7 +25,7 @@ static bool is_wanted(const clast_frame *frame)
     for (size_t i = 0; i < frame->unit_count; i++) {
         adapts = adapts || (frame->units[i].used && clast_source_of(frame->units[i].unit)->adapts);
     }
-    return adapts && frame->settings.hidden_fraction < 1.0 && frame->settings.rate > 0.0;
+    return adapts && frame->instance_count > 1 && frame->settings.hidden_fraction < 1.0 && frame->settings.rate > 0.0;
 }
 
 // ---------------------------------------------------------------------------------------------------- the coarse scene
