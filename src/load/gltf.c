@@ -117,6 +117,8 @@ static bool allocate_tables(clast_gltf *gltf)
            textures = clast_gltf_size(&gltf->lists[CLAST_GLTF_TEXTURES]);
     size_t meshes = clast_gltf_size(&gltf->lists[CLAST_GLTF_MESHES]),
            materials = clast_gltf_size(&gltf->lists[CLAST_GLTF_MATERIALS]);
+    size_t nodes = clast_gltf_size(&gltf->lists[CLAST_GLTF_NODES]),
+           skins = clast_gltf_size(&gltf->lists[CLAST_GLTF_SKINS]);
     gltf->buffers = clast_allocate_zeroed(context, clast_gltf_size(&gltf->lists[CLAST_GLTF_BUFFERS]),
                                           sizeof *gltf->buffers);
     gltf->decoded_views = clast_allocate_zeroed(context, clast_gltf_size(&gltf->lists[CLAST_GLTF_BUFFER_VIEWS]),
@@ -126,13 +128,19 @@ static bool allocate_tables(clast_gltf *gltf)
     gltf->textures = clast_allocate(context, textures, sizeof *gltf->textures);
     gltf->materials = clast_allocate_zeroed(context, materials, sizeof *gltf->materials);
     gltf->mesh_geometries = clast_allocate(context, meshes, sizeof *gltf->mesh_geometries);
+    gltf->own_geometries = clast_allocate(context, meshes, sizeof *gltf->own_geometries);
+    gltf->weights_move = clast_allocate_zeroed(context, nodes, sizeof *gltf->weights_move);
+    gltf->skins = clast_allocate(context, skins, sizeof *gltf->skins);
     if (gltf->buffers == NULL || gltf->decoded_views == NULL || gltf->images == NULL || gltf->image_tried == NULL ||
-        gltf->textures == NULL || gltf->materials == NULL || gltf->mesh_geometries == NULL) {
+        gltf->textures == NULL || gltf->materials == NULL || gltf->mesh_geometries == NULL ||
+        gltf->own_geometries == NULL || gltf->weights_move == NULL || gltf->skins == NULL) {
         return clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
     }
     memset(gltf->images, 0xff, images * sizeof *gltf->images);
     memset(gltf->textures, 0xff, textures * sizeof *gltf->textures);
     memset(gltf->mesh_geometries, 0xff, meshes * sizeof *gltf->mesh_geometries);
+    memset(gltf->own_geometries, 0xff, meshes * sizeof *gltf->own_geometries);
+    memset(gltf->skins, 0xff, skins * sizeof *gltf->skins);
     for (size_t i = 0; i < materials; i++) {
         gltf->materials[i].number = CLAST_NONE;
     }
@@ -165,6 +173,9 @@ static void read_file(clast_gltf *gltf)
     if (clast_gltf_ok(gltf)) {
         clast_gltf_read_nodes(gltf);
     }
+    if (clast_gltf_ok(gltf) && gltf->node_numbers != NULL) {
+        clast_gltf_read_animations(gltf);
+    }
 }
 
 clast_status clast_load_gltf(clast_scene *scene, const char *path, clast_file_view *file)
@@ -177,7 +188,12 @@ clast_status clast_load_gltf(clast_scene *scene, const char *path, clast_file_vi
     clast_free(gltf.context, gltf.textures);
     clast_free(gltf.context, gltf.materials);
     clast_free(gltf.context, gltf.mesh_geometries);
+    clast_free(gltf.context, gltf.own_geometries);
     clast_free(gltf.context, gltf.geometries);
+    clast_free(gltf.context, gltf.windows);
+    clast_free(gltf.context, gltf.node_numbers);
+    clast_free(gltf.context, gltf.weights_move);
+    clast_free(gltf.context, gltf.skins);
     json_decref(gltf.json);
     return gltf.status;
 }

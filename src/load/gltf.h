@@ -14,6 +14,7 @@
 // The root's lists that are read: X(name, key).
 #define CLAST_GLTF_LISTS(X) \
     X(CLAST_GLTF_ACCESSORS, "accessors") \
+    X(CLAST_GLTF_ANIMATIONS, "animations") \
     X(CLAST_GLTF_BUFFERS, "buffers") \
     X(CLAST_GLTF_BUFFER_VIEWS, "bufferViews") \
     X(CLAST_GLTF_CAMERAS, "cameras") \
@@ -38,18 +39,11 @@ typedef struct clast_gltf_value {
     json_t *json;                          // null where it is absent
 } clast_gltf_value;
 
-// Three rows of four, x' = row . (x, y, z, 1), in double precision: deep trees far from the origin keep their places.
-typedef struct clast_gltf_transform {
-    double rows[3][4];
-} clast_gltf_transform;
-
-// What a node does to the mesh that it shows: weights of morph targets, and where the joints of its skin have moved.
-typedef struct clast_gltf_pose {
-    const float *weights; // null: the mesh's own
-    size_t weight_count;
-    const clast_gltf_transform *joints; // null: no skin
-    size_t joint_count;
-} clast_gltf_pose;
+// The vertices that a primitive uses of its accessors' elements.
+typedef struct clast_gltf_window {
+    uint32_t first, count;
+    uint32_t all; // elements of each accessor
+} clast_gltf_window;
 
 typedef struct clast_gltf_buffer {
     bool opened;
@@ -86,9 +80,14 @@ typedef struct clast_gltf {
     bool *image_tried;
     uint32_t *textures; // scene textures, likewise
     clast_gltf_material *materials;
-    uint32_t *mesh_geometries; // for each mesh, where its geometries begin in `geometries`; CLAST_NONE: not read yet
-    uint32_t *geometries;      // of each primitive of the meshes read; CLAST_NONE where it draws nothing
-    size_t geometry_count, geometry_capacity;
+    uint32_t *mesh_geometries;  // for each mesh, where its geometries begin in `geometries`; CLAST_NONE: not read yet
+    uint32_t *own_geometries;   // likewise, those of the first node that has its own
+    uint32_t *geometries;       // of each primitive of the meshes read; CLAST_NONE where it draws nothing
+    clast_gltf_window *windows; // of each of them
+    size_t geometry_count, geometry_capacity, window_capacity;
+    uint32_t *node_numbers; // of each node in the scene; null where nothing in the file moves
+    bool *weights_move;     // of each node: an animation moves its weights
+    uint32_t *skins;        // scene skins; CLAST_NONE: not read yet
     uint32_t chosen_scene, chosen_variant; // CLAST_NONE: the first; none
 } clast_gltf;
 
@@ -228,26 +227,49 @@ const clast_gltf_material *clast_gltf_use_material(clast_gltf *gltf, uint32_t in
 
 // -------------------------------------------------------------------------------------------- gltf_mesh.c, gltf_pose.c
 
-// Reads a mesh's primitives; gives where its geometries begin in gltf->geometries, one for each primitive. Without a
-// pose they are read once and shared.
-bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose *pose, uint32_t *first,
-                         uint32_t *count);
+// What a node makes of the mesh that it shows.
+typedef struct clast_gltf_use {
+    bool is_own;      // not as other nodes show it
+    bool has_weights; // of morph targets that count
+    uint32_t skin;    // of the file; CLAST_NONE
+    uint32_t node;    // of the scene
+} clast_gltf_use;
+
+// Reads a mesh's primitives; gives where its geometries begin in gltf->geometries, one for each primitive, and moves them as
+// the use says. Where that is not the node's own, they are read once and shared.
+bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_use *use, uint32_t *first, uint32_t *count);
+// An attribute of a primitive's vertices as floats, in place where it can be, else in a new block that is the caller's; null
+// where there is none, or on failure.
+const float *clast_gltf_read_vertices(clast_gltf *gltf, const clast_gltf_value *place, clast_gltf_window window,
+                                      uint32_t components, uint32_t rows, void **block);
 
 // The weights of morph targets that a mesh or a node has, in a new block; null where it has none, or on failure.
 float *clast_gltf_read_weights(clast_gltf *gltf, const clast_gltf_value *object, size_t *count);
-// Adds morph targets to a primitive's arrays, and moves them by the joints. Normals and tangents may be null.
-bool clast_gltf_morph(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose,
-                      const clast_mesh *mesh, float *positions, float *normals, float *tangents);
-bool clast_gltf_skin(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose,
-                     const clast_mesh *mesh, float *positions, float *normals, float *tangents);
+// How many morph targets a mesh's first primitive has.
+size_t clast_gltf_count_targets(clast_gltf *gltf, uint32_t mesh);
+// Has a geometry moved as the use says. What it needs for that is taken over from `known`, where that geometry of the same
+// primitive has it; CLAST_NONE for none.
+bool clast_gltf_deform(clast_gltf *gltf, const clast_gltf_value *primitive, clast_gltf_window window,
+                       const clast_gltf_use *use, uint32_t known, uint32_t geometry);
+
+// -------------------------------------------------------------------------------------- gltf_skin.c, gltf_animation.c
+
+// A skin's number in the scene, read when first asked for; CLAST_NONE on failure. All nodes are in the scene.
+uint32_t clast_gltf_use_skin(clast_gltf *gltf, uint32_t skin);
+// Whether anything in the file moves, so that its nodes are to be kept; and whose weights animations move.
+bool clast_gltf_find_motion(clast_gltf *gltf, bool *moves);
+void clast_gltf_read_animations(clast_gltf *gltf);
 
 // ------------------------------------------------------------------------------------------ gltf_node.c, gltf_camera.c
 
 // Adds the default scene's nodes: instances, cameras, lights.
 void clast_gltf_read_nodes(clast_gltf *gltf);
-// Adds the camera or the light of a node, where it has one.
-void clast_gltf_add_camera(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *to_world);
-void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *to_world);
+// Adds the camera or the light of a node, where it has one. The node's number in the scene is CLAST_NONE where nodes are not
+// kept.
+void clast_gltf_add_camera(clast_gltf *gltf, const clast_gltf_value *node, uint32_t number_in_scene,
+                           const clast_matrix *to_world);
+void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, uint32_t number_in_scene,
+                          const clast_matrix *to_world);
 
 // ---------------------------------------------------------------------------------------------------- gltf_choice.c
 

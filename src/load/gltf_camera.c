@@ -9,7 +9,7 @@
 static const float HALF_TURN = 3.14159265f;
 
 // A column of a transform, without its scale.
-static void axis(const clast_gltf_transform *to_world, int column, double sign, float out[3])
+static void axis(const clast_matrix *to_world, int column, double sign, float out[3])
 {
     double length = 0.0;
     for (int i = 0; i < 3; i++) {
@@ -50,7 +50,8 @@ static void read_projection(clast_gltf *gltf, const clast_gltf_value *value, cla
 }
 
 // Cameras look along -z with y up; scale does not act on them (section 3.10.2). The aspect ratio is the picture's.
-void clast_gltf_add_camera(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *to_world)
+void clast_gltf_add_camera(clast_gltf *gltf, const clast_gltf_value *node, uint32_t number_in_scene,
+                           const clast_matrix *to_world)
 {
     uint32_t index = clast_gltf_index(gltf, node, "camera", CLAST_GLTF_CAMERAS);
     if (!clast_gltf_ok(gltf) || index == CLAST_NONE) {
@@ -82,7 +83,10 @@ void clast_gltf_add_camera(clast_gltf *gltf, const clast_gltf_value *node, const
         return;
     }
     uint32_t number;
-    clast_gltf_check(gltf, clast_scene_add_camera(gltf->scene, &camera, name, &number));
+    if (clast_gltf_check(gltf, clast_scene_add_camera(gltf->scene, &camera, name, &number)) &&
+        number_in_scene != CLAST_NONE) {
+        clast_gltf_check(gltf, clast_scene_attach_camera(gltf->scene, number, number_in_scene));
+    }
 }
 
 static bool read_light_type(clast_gltf *gltf, const clast_gltf_value *value, clast_light_type *type)
@@ -104,7 +108,8 @@ static bool read_light_type(clast_gltf *gltf, const clast_gltf_value *value, cla
 }
 
 // KHR_lights_punctual. Lights shine along -z.
-void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *to_world)
+void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, uint32_t number_in_scene,
+                          const clast_matrix *to_world)
 {
     clast_gltf_value extensions;
     clast_gltf_value use = clast_gltf_extension(gltf, node, &extensions, "KHR_lights_punctual");
@@ -148,7 +153,8 @@ void clast_gltf_add_light(clast_gltf *gltf, const clast_gltf_value *node, const 
         return;
     }
     uint32_t number;
-    if (clast_gltf_ok(gltf)) {
-        clast_gltf_check(gltf, clast_scene_add_light(gltf->scene, &light, name, &number));
+    if (clast_gltf_ok(gltf) && clast_gltf_check(gltf, clast_scene_add_light(gltf->scene, &light, name, &number)) &&
+        number_in_scene != CLAST_NONE) {
+        clast_gltf_check(gltf, clast_scene_attach_light(gltf->scene, number, number_in_scene));
     }
 }

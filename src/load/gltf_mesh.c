@@ -113,21 +113,21 @@ static void check_indices(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-static bool all_finite(clast_gltf *gltf, const clast_gltf_value *place, const primitive *made, const float *floats,
+static bool all_finite(clast_gltf *gltf, const clast_gltf_value *place, clast_gltf_window window, const float *floats,
                        uint32_t width)
 {
     check_job job = {.floats = floats};
     atomic_init(&job.first_wrong, SIZE_MAX);
-    clast_parallel_for(gltf->context, (size_t)made->mesh.vertex_count * width, CHECK_GRAIN, check_floats, &job);
+    clast_parallel_for(gltf->context, (size_t)window.count * width, CHECK_GRAIN, check_floats, &job);
     size_t wrong = job.first_wrong;
     return wrong == SIZE_MAX || clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place, "vertex %zu is not finite",
-                                                made->first_vertex + wrong / width);
+                                                window.first + wrong / width);
 }
 
 // ---------------------------------------------------------------------------------------------------------- attributes
 
 // An attribute's accessor, checked; false where the primitive has none, or on failure.
-static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, const primitive *made,
+static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, clast_gltf_window window,
                            clast_gltf_accessor *accessor)
 {
     if (place->json == NULL) {
@@ -137,40 +137,61 @@ static bool open_attribute(clast_gltf *gltf, const clast_gltf_value *place, cons
     if (index == CLAST_NONE || !clast_gltf_open_accessor(gltf, place, index, accessor)) {
         return false;
     }
-    return accessor->count == made->all_vertices ||
-           clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
-                           "%llu elements: expected one for each of the %u vertices",
-                           (unsigned long long)accessor->count, made->all_vertices);
+    return accessor->count == window.all || clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, place,
+                                                            "%llu elements: expected one for each of the %u vertices",
+                                                            (unsigned long long)accessor->count, window.all);
 }
 
-// An attribute as floats, in place where it can be; null where there is none, or on failure.
-static const float *read_attribute(clast_gltf *gltf, primitive *made, const clast_gltf_value *place,
-                                   uint32_t components, uint32_t rows)
+const float *clast_gltf_read_vertices(clast_gltf *gltf, const clast_gltf_value *place, clast_gltf_window window,
+                                      uint32_t components, uint32_t rows, void **block)
 {
     clast_gltf_accessor accessor;
-    if (!open_attribute(gltf, place, made, &accessor) ||
+    *block = NULL;
+    if (!open_attribute(gltf, place, window, &accessor) ||
         !clast_gltf_accessor_is(gltf, place, &accessor, components, 1, rows)) {
         return NULL;
     }
-    size_t first = made->first_vertex, count = made->mesh.vertex_count;
     const float *whole = accessor.component == CLAST_GLTF_FLOAT ? clast_gltf_borrow(gltf, &accessor) : NULL;
-    const float *floats = whole != NULL ? whole + first * rows : NULL;
+    const float *floats = whole != NULL ? whole + (size_t)window.first * rows : NULL;
     if (floats == NULL && clast_gltf_ok(gltf)) {
-        float *block = add_block(gltf, made, count, rows * sizeof *block);
-        if (block == NULL) {
+        float *made = clast_allocate(gltf->context, window.count, rows * sizeof *made);
+        if (made == NULL) {
+            clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
             return NULL;
         }
-        clast_gltf_read_floats(&accessor, first, count, block);
-        floats = block;
+        clast_gltf_read_floats(&accessor, window.first, window.count, made);
+        *block = made;
+        floats = made;
     }
-    return clast_gltf_ok(gltf) && all_finite(gltf, place, made, floats, rows) ? floats : NULL;
+    if (clast_gltf_ok(gltf) && all_finite(gltf, place, window, floats, rows)) {
+        return floats;
+    }
+    clast_free(gltf->context, *block);
+    *block = NULL;
+    return NULL;
+}
+
+static clast_gltf_window window_of(const primitive *made)
+{
+    return (clast_gltf_window){made->first_vertex, made->mesh.vertex_count, made->all_vertices};
+}
+
+static const float *read_attribute(clast_gltf *gltf, primitive *made, const clast_gltf_value *place,
+                                   uint32_t components, uint32_t rows)
+{
+    void *block;
+    const float *floats = clast_gltf_read_vertices(gltf, place, window_of(made), components, rows, &block);
+    if (block != NULL) {
+        made->blocks[made->block_count++] = block;
+    }
+    return floats;
 }
 
 // Vertex colours come as RGB or RGBA, and integers are normalised whatever the flag says (section 3.7.2.1).
 static const float *read_colours(clast_gltf *gltf, primitive *made, const clast_gltf_value *place)
 {
     clast_gltf_accessor accessor;
-    if (!open_attribute(gltf, place, made, &accessor)) {
+    if (!open_attribute(gltf, place, window_of(made), &accessor)) {
         return NULL;
     }
     uint32_t rows = accessor.columns == 1 && accessor.rows == 3 ? 3 : 4;
@@ -191,7 +212,7 @@ static const float *read_colours(clast_gltf *gltf, primitive *made, const clast_
         memmove(colours + 4 * i, colours + 3 * i, 3 * sizeof *colours);
         colours[4 * i + 3] = 1.0f;
     }
-    return all_finite(gltf, place, made, colours, 4) ? colours : NULL;
+    return all_finite(gltf, place, window_of(made), colours, 4) ? colours : NULL;
 }
 
 typedef struct length_job {
@@ -404,40 +425,9 @@ static void derive_tangents(clast_gltf *gltf, primitive *made, const clast_gltf_
     made->mesh.tangents = tangents;
 }
 
-static bool has_morph(const clast_gltf_pose *pose)
-{
-    bool has_weights = false;
-    for (size_t i = 0; i < pose->weight_count; i++) {
-        has_weights |= pose->weights[i] != 0.0f;
-    }
-    return has_weights;
-}
-
-// Moves the vertices by morph targets and joints.
-static void pose_vertices(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, const clast_gltf_pose *pose)
-{
-    bool has_weights = has_morph(pose);
-    clast_mesh *mesh = &made->mesh;
-    size_t count = mesh->vertex_count;
-    float *positions = writable(gltf, made, mesh->positions, count, 3 * sizeof *positions);
-    float *normals = clast_gltf_ok(gltf) ? writable(gltf, made, mesh->normals, count, 3 * sizeof *normals) : NULL;
-    float *tangents = clast_gltf_ok(gltf) ? writable(gltf, made, mesh->tangents, count, 4 * sizeof *tangents) : NULL;
-    mesh->positions = positions;
-    mesh->normals = normals;
-    mesh->tangents = tangents;
-    bool is_posed = clast_gltf_ok(gltf) &&
-                    (!has_weights || clast_gltf_morph(gltf, value, pose, mesh, positions, normals, tangents)) &&
-                    (pose->joints == NULL || clast_gltf_skin(gltf, value, pose, mesh, positions, normals, tangents));
-    if (is_posed && all_finite(gltf, value, made, positions, 3) &&
-        (normals == NULL || all_finite(gltf, value, made, normals, 3)) && tangents != NULL) {
-        all_finite(gltf, value, made, tangents, 4);
-    }
-}
-
-// The triangles, and the window of vertices that they use. Vertices that are to be moved are not narrowed: targets
-// and joints go by the accessors' numbers.
+// The triangles, and the window of vertices that they use.
 static bool read_topology(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, uint32_t mode,
-                          const clast_gltf_value *positions, bool is_posed)
+                          const clast_gltf_value *positions)
 {
     clast_gltf_accessor accessor;
     uint32_t index = clast_gltf_value_index(gltf, positions, CLAST_GLTF_ACCESSORS);
@@ -446,19 +436,18 @@ static bool read_topology(clast_gltf *gltf, primitive *made, const clast_gltf_va
     }
     made->all_vertices = made->mesh.vertex_count = (uint32_t)accessor.count;
     read_triangles(gltf, made, value, mode);
-    if (clast_gltf_ok(gltf) && !is_posed) {
+    if (clast_gltf_ok(gltf)) {
         narrow(gltf, made);
     }
     return clast_gltf_ok(gltf);
 }
 
 static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_value *value, uint32_t mode,
-                        const clast_gltf_material *material, const clast_gltf_pose *pose)
+                        const clast_gltf_material *material)
 {
     clast_gltf_value attributes = clast_gltf_object(gltf, value, "attributes");
     clast_gltf_value positions = clast_gltf_member(&attributes, "POSITION");
-    bool is_posed = pose->joints != NULL || has_morph(pose);
-    if (!read_topology(gltf, made, value, mode, &positions, is_posed)) {
+    if (!read_topology(gltf, made, value, mode, &positions)) {
         return;
     }
     // The core rules say floats; KHR_mesh_quantization adds the rest.
@@ -475,9 +464,6 @@ static void read_arrays(clast_gltf *gltf, primitive *made, const clast_gltf_valu
     clast_gltf_value colours = clast_gltf_member(&attributes, "COLOR_0");
     if (clast_gltf_ok(gltf)) {
         made->mesh.colours = read_colours(gltf, made, &colours);
-    }
-    if (clast_gltf_ok(gltf) && is_posed) {
-        pose_vertices(gltf, made, value, pose);
     }
     if (clast_gltf_ok(gltf) && made->mesh.normals != NULL) {
         repair_normals(gltf, made);
@@ -506,8 +492,8 @@ static bool check_compression(clast_gltf *gltf, const clast_gltf_value *value)
 }
 
 // Reads a primitive into the scene; *geometry is CLAST_NONE where it draws nothing.
-static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, const char *name,
-                           const clast_gltf_pose *pose, uint32_t *geometry)
+static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, const char *name, uint32_t *geometry,
+                           clast_gltf_window *window)
 {
     *geometry = CLAST_NONE;
     uint32_t mode = (uint32_t)clast_gltf_integer(gltf, value, "mode", 0, MODE_FAN, MODE_TRIANGLES);
@@ -536,8 +522,9 @@ static bool read_primitive(clast_gltf *gltf, const clast_gltf_value *value, cons
         made.mesh.material = material->number;
     }
     if (clast_gltf_ok(gltf)) {
-        read_arrays(gltf, &made, value, mode, material, pose);
+        read_arrays(gltf, &made, value, mode, material);
     }
+    *window = window_of(&made);
     if (!clast_gltf_ok(gltf) || made.mesh.triangle_count == 0) {
         free_blocks(gltf, &made);
         return clast_gltf_ok(gltf);
@@ -566,28 +553,53 @@ static bool join_displaced(clast_gltf *gltf, uint32_t *geometries, size_t count,
 }
 
 static bool read_primitives(clast_gltf *gltf, uint32_t mesh, const clast_gltf_value *value,
-                            const clast_gltf_value *primitives, const clast_gltf_pose *pose)
+                            const clast_gltf_value *primitives, bool moves)
 {
     const char *name = clast_gltf_text(gltf, value, "name");
     size_t count = clast_gltf_size(primitives), first = gltf->scene->geometry_count;
-    if (!clast_gltf_check(gltf, CLAST_RESERVE(gltf->context, gltf->geometries, gltf->geometry_capacity,
-                                              gltf->geometry_count + count))) {
-        return false;
-    }
     for (size_t i = 0; i < count; i++) {
         clast_gltf_value element = clast_gltf_element_object(gltf, primitives, i);
-        if (!clast_gltf_ok(gltf) ||
-            !read_primitive(gltf, &element, name, pose, &gltf->geometries[gltf->geometry_count + i]) ||
+        size_t at = gltf->geometry_count + i;
+        if (!clast_gltf_ok(gltf) || !read_primitive(gltf, &element, name, &gltf->geometries[at], &gltf->windows[at]) ||
             !clast_gltf_check(
                 gltf, clast_progress(gltf->context, "load", mesh, clast_gltf_size(&gltf->lists[CLAST_GLTF_MESHES])))) {
             return false;
         }
     }
-    return pose->joints != NULL || has_morph(pose) ||
-           join_displaced(gltf, gltf->geometries + gltf->geometry_count, count, first);
+    return moves || join_displaced(gltf, gltf->geometries + gltf->geometry_count, count, first);
 }
 
-bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose *pose, uint32_t *first, uint32_t *count)
+// Geometries of a node's own that share the arrays of another's.
+static bool share_primitives(clast_gltf *gltf, const clast_gltf_value *value, uint32_t known, uint32_t count)
+{
+    const char *name = clast_gltf_text(gltf, value, "name");
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t geometry = gltf->geometries[known + i], *shared = &gltf->geometries[gltf->geometry_count + i];
+        gltf->windows[gltf->geometry_count + i] = gltf->windows[known + i];
+        *shared = CLAST_NONE;
+        if (geometry != CLAST_NONE &&
+            !clast_gltf_check(gltf, clast_scene_share_mesh(gltf->scene, geometry, name, shared))) {
+            return false;
+        }
+    }
+    return clast_gltf_ok(gltf);
+}
+
+static bool deform_primitives(clast_gltf *gltf, const clast_gltf_value *primitives, const clast_gltf_use *use,
+                              uint32_t known, uint32_t first, uint32_t count)
+{
+    for (uint32_t i = 0; i < count && clast_gltf_ok(gltf); i++) {
+        clast_gltf_value element = clast_gltf_element_object(gltf, primitives, i);
+        if (gltf->geometries[first + i] != CLAST_NONE) {
+            clast_gltf_deform(gltf, &element, gltf->windows[first + i], use,
+                              known != CLAST_NONE ? gltf->geometries[known + i] : CLAST_NONE,
+                              gltf->geometries[first + i]);
+        }
+    }
+    return clast_gltf_ok(gltf);
+}
+
+bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_use *use, uint32_t *first, uint32_t *count)
 {
     clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_MESHES, mesh);
     clast_gltf_value primitives = clast_gltf_array(gltf, &value, "primitives");
@@ -595,26 +607,25 @@ bool clast_gltf_use_mesh(clast_gltf *gltf, uint32_t mesh, const clast_gltf_pose 
     if (clast_gltf_ok(gltf) && *count == 0) {
         clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "no primitives: expected at least one");
     }
-    if (clast_gltf_ok(gltf) && pose == NULL && gltf->mesh_geometries[mesh] != CLAST_NONE) {
-        *first = gltf->mesh_geometries[mesh];
+    uint32_t *entry = use->is_own ? &gltf->own_geometries[mesh] : &gltf->mesh_geometries[mesh], known = *entry;
+    if (clast_gltf_ok(gltf) && !use->is_own && known != CLAST_NONE) {
+        *first = known;
         return true;
     }
-    clast_gltf_pose own = pose != NULL ? *pose : (clast_gltf_pose){0};
-    float *weights = clast_gltf_ok(gltf) && own.weights == NULL
-                         ? clast_gltf_read_weights(gltf, &value, &own.weight_count)
-                         : NULL;
-    if (weights != NULL) {
-        own.weights = weights;
+    size_t wanted = gltf->geometry_count + *count;
+    clast_gltf_check(gltf, CLAST_RESERVE(gltf->context, gltf->geometries, gltf->geometry_capacity, wanted));
+    if (clast_gltf_ok(gltf)) {
+        clast_gltf_check(gltf, CLAST_RESERVE(gltf->context, gltf->windows, gltf->window_capacity, wanted));
     }
-    bool is_read = clast_gltf_ok(gltf) && read_primitives(gltf, mesh, &value, &primitives, &own);
-    clast_free(gltf->context, weights);
+    bool moves = use->has_weights || use->skin != CLAST_NONE;
+    bool is_read = clast_gltf_ok(gltf) &&
+                   (known != CLAST_NONE ? share_primitives(gltf, &value, known, *count)
+                                        : read_primitives(gltf, mesh, &value, &primitives, moves));
     if (!is_read) {
         return false;
     }
     *first = (uint32_t)gltf->geometry_count;
     gltf->geometry_count += *count;
-    if (pose == NULL) {
-        gltf->mesh_geometries[mesh] = *first;
-    }
-    return true;
+    *entry = known != CLAST_NONE ? known : *first;
+    return deform_primitives(gltf, &primitives, use, known, *first, *count);
 }

@@ -10,58 +10,32 @@
 typedef struct walk {
     clast_gltf *gltf;
     uint32_t node_count;
-    uint32_t *parents;              // CLAST_NONE for roots
-    clast_gltf_transform *to_world; // of each node
-    uint32_t *stack;                // nodes still to visit: each at most once
+    uint32_t base;          // the scene's node that roots hang from; CLAST_NONE
+    uint32_t *parents;      // CLAST_NONE for roots
+    clast_matrix *to_world; // of each node
+    uint32_t *stack;        // nodes still to visit: each at most once
     size_t stack_size;
 } walk;
 
 // ---------------------------------------------------------------------------------------------------------- transforms
 
-static clast_gltf_transform identity(void)
+static clast_node_parts parts_of(const float translation[3], const float rotation[4], const float scale[3])
 {
-    return (clast_gltf_transform){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-}
-
-// a after b.
-static clast_gltf_transform product(const clast_gltf_transform *a, const clast_gltf_transform *b)
-{
-    clast_gltf_transform result;
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 4; j++) {
-            const double *row = a->rows[i];
-            result.rows[i][j] = row[0] * b->rows[0][j] + row[1] * b->rows[1][j] + row[2] * b->rows[2][j] +
-                                (j == 3 ? row[3] : 0.0);
-        }
+    clast_node_parts parts;
+    for (int i = 0; i < 4; i++) {
+        parts.rotation[i] = (double)rotation[i];
     }
-    return result;
-}
-
-// Translation after rotation after scale (section 3.5.3). The quaternion is made unit length.
-static clast_gltf_transform compose(const float translation[3], const float rotation[4], const float scale[3])
-{
-    double x = (double)rotation[0], y = (double)rotation[1], z = (double)rotation[2], w = (double)rotation[3];
-    double square = x * x + y * y + z * z + w * w;
-    double s = square > 0.0 ? 2.0 / square : 0.0;
-    double turn[3][3] = {
-        {1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)},
-        {s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)},
-        {s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)},
-    };
-    clast_gltf_transform result;
     for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            result.rows[i][j] = turn[i][j] * (double)scale[j];
-        }
-        result.rows[i][3] = (double)translation[i];
+        parts.translation[i] = (double)translation[i];
+        parts.scale[i] = (double)scale[i];
     }
-    return result;
+    return parts;
 }
 
 // A matrix by columns, without its last row.
-static clast_gltf_transform from_columns(const float columns[16])
+static clast_matrix from_columns(const float columns[16])
 {
-    clast_gltf_transform result;
+    clast_matrix result;
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 4; j++) {
             result.rows[i][j] = (double)columns[4 * j + i];
@@ -70,7 +44,7 @@ static clast_gltf_transform from_columns(const float columns[16])
     return result;
 }
 
-static clast_gltf_transform read_matrix(clast_gltf *gltf, const clast_gltf_value *node, const float columns[16])
+static clast_matrix read_matrix(clast_gltf *gltf, const clast_gltf_value *node, const float columns[16])
 {
     if (columns[3] != 0.0f || columns[7] != 0.0f || columns[11] != 0.0f || columns[15] != 1.0f) {
         clast_gltf_value place = clast_gltf_member(node, "matrix");
@@ -80,7 +54,8 @@ static clast_gltf_transform read_matrix(clast_gltf *gltf, const clast_gltf_value
     return from_columns(columns);
 }
 
-static clast_gltf_transform local_transform(clast_gltf *gltf, const clast_gltf_value *node)
+// Where a node is relative to its parent.
+static clast_scene_node read_place(clast_gltf *gltf, const clast_gltf_value *node)
 {
     float columns[16] = {0}, translation[3] = {0}, rotation[4] = {0, 0, 0, 1}, scale[3] = {1, 1, 1};
     bool has_matrix = clast_gltf_numbers(gltf, node, "matrix", 16, -FLT_MAX, FLT_MAX, columns);
@@ -95,12 +70,16 @@ static clast_gltf_transform local_transform(clast_gltf *gltf, const clast_gltf_v
         clast_gltf_value place = clast_gltf_member(node, "rotation");
         clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &place, "zero: expected a unit quaternion");
     }
-    return has_matrix ? read_matrix(gltf, node, columns) : compose(translation, rotation, scale);
+    clast_scene_node result = {
+        .parent = CLAST_NONE, .has_matrix = has_matrix, .parts = parts_of(translation, rotation, scale)};
+    if (has_matrix) {
+        result.matrix = read_matrix(gltf, node, columns);
+    }
+    return result;
 }
 
 // As floats; false, with its error, where they do not hold it.
-static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const clast_gltf_transform *from,
-                      float floats[12])
+static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const clast_matrix *from, float floats[12])
 {
     for (int i = 0; i < 12; i++) {
         floats[i] = (float)from->rows[i / 4][i % 4];
@@ -113,18 +92,26 @@ static bool to_floats(clast_gltf *gltf, const clast_gltf_value *node, const clas
 
 // ----------------------------------------------------------------------------------------------------------- instances
 
+// Where an instance of a node's mesh goes.
+typedef struct placement {
+    uint32_t node;        // of the scene, that it hangs from; CLAST_NONE
+    clast_matrix to_node; // the parent's space is that node's, or the world
+} placement;
+
 static void add_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count,
-                          const clast_gltf_transform *to_world)
+                          const placement *place)
 {
     float floats[12];
     const char *name = clast_gltf_text(gltf, node, "name");
-    if (!clast_gltf_ok(gltf) || !to_floats(gltf, node, to_world, floats)) {
+    if (!clast_gltf_ok(gltf) || !to_floats(gltf, node, &place->to_node, floats)) {
         return;
     }
     for (uint32_t i = 0; i < count && clast_gltf_ok(gltf); i++) {
         uint32_t geometry = gltf->geometries[first + i], number;
-        if (geometry != CLAST_NONE) {
-            clast_gltf_check(gltf, clast_scene_add_instance(gltf->scene, geometry, floats, name, &number));
+        if (geometry != CLAST_NONE &&
+            clast_gltf_check(gltf, clast_scene_add_instance(gltf->scene, geometry, floats, name, &number)) &&
+            place->node != CLAST_NONE) {
+            clast_gltf_check(gltf, clast_scene_attach_instance(gltf->scene, number, place->node));
         }
     }
 }
@@ -140,7 +127,7 @@ static float *read_instances(clast_gltf *gltf, const clast_gltf_value *attribute
 
 // EXT_mesh_gpu_instancing: false where the node does not have it.
 static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, uint32_t first, uint32_t count,
-                               const clast_gltf_transform *to_world)
+                               const placement *place)
 {
     const uint32_t any_float = CLAST_GLTF_BIT(CLAST_GLTF_FLOAT);
     const uint32_t any_turn = any_float | CLAST_GLTF_BIT(CLAST_GLTF_BYTE) | CLAST_GLTF_BIT(CLAST_GLTF_SHORT);
@@ -157,11 +144,12 @@ static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, u
     float *scales = read_instances(gltf, &attributes, "SCALE", any_float, 3, &many);
     clast_gltf_account(gltf, &attributes, many, count * sizeof(clast_instance));
     for (size_t i = 0; i < many && clast_gltf_ok(gltf); i++) {
-        clast_gltf_transform local = compose(translations != NULL ? translations + 3 * i : none,
-                                             rotations != NULL ? rotations + 4 * i : still,
-                                             scales != NULL ? scales + 3 * i : one);
-        clast_gltf_transform whole = product(to_world, &local);
-        add_instances(gltf, node, first, count, &whole);
+        clast_node_parts parts = parts_of(translations != NULL ? translations + 3 * i : none,
+                                          rotations != NULL ? rotations + 4 * i : still,
+                                          scales != NULL ? scales + 3 * i : one);
+        clast_matrix local = clast_matrix_compose(parts.translation, parts.rotation, parts.scale);
+        placement moved = {place->node, clast_matrix_product(&place->to_node, &local)};
+        add_instances(gltf, node, first, count, &moved);
     }
     clast_free(gltf->context, translations);
     clast_free(gltf->context, rotations);
@@ -169,51 +157,45 @@ static bool add_many_instances(clast_gltf *gltf, const clast_gltf_value *node, u
     return true;
 }
 
-// Where the joints of a skin are, against where they were bound (section 3.7.3): a new block, null on failure.
-static clast_gltf_transform *read_joints(walk *walk, uint32_t skin, size_t *count)
+static bool any_weight(const float *weights, size_t count)
 {
-    clast_gltf *gltf = walk->gltf;
-    clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_SKINS, skin);
-    clast_gltf_value list = clast_gltf_array(gltf, &value, "joints");
-    clast_gltf_value matrices = clast_gltf_member(&value, "inverseBindMatrices");
-    uint64_t bound = *count = clast_gltf_size(&list);
-    if (clast_gltf_ok(gltf) && bound == 0) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &value, "no joints: expected at least one");
-    }
-    if (!clast_gltf_ok(gltf)) {
-        return NULL;
-    }
-    float *inverse = NULL;
-    if (matrices.json != NULL) {
-        bound = 0; // there may be more matrices than joints
-        inverse = clast_gltf_read_block(gltf, &matrices, CLAST_GLTF_BIT(CLAST_GLTF_FLOAT), 4, 4, &bound);
-        if (inverse != NULL && bound < *count) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &matrices,
-                            "%llu matrices: expected one for each of the %zu joints", (unsigned long long)bound,
-                            *count);
+    for (size_t i = 0; i < count; i++) {
+        if (weights[i] != 0.0f) {
+            return true;
         }
     }
-    clast_gltf_transform *joints = clast_gltf_ok(gltf) ? clast_allocate(gltf->context, *count, sizeof *joints) : NULL;
-    if (joints == NULL && clast_gltf_ok(gltf)) {
-        clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
-    }
-    for (size_t i = 0; i < *count && clast_gltf_ok(gltf); i++) {
-        clast_gltf_value element = clast_gltf_element(&list, i);
-        uint32_t node = clast_gltf_value_index(gltf, &element, CLAST_GLTF_NODES);
-        if (node != CLAST_NONE) {
-            clast_gltf_transform bind = inverse != NULL ? from_columns(inverse + 16 * i) : identity();
-            joints[i] = product(&walk->to_world[node], &bind);
-        }
-    }
-    clast_free(gltf->context, inverse);
-    if (!clast_gltf_ok(gltf)) {
-        clast_free(gltf->context, joints);
-        return NULL;
-    }
-    return joints;
+    return false;
 }
 
-static void add_mesh(walk *walk, const clast_gltf_value *node, const clast_gltf_transform *to_world)
+// Gives the scene's node the weights that count at rest: its own, the mesh's, or zeros where an animation sets them.
+static void read_weights(clast_gltf *gltf, const clast_gltf_value *node, uint32_t index, uint32_t mesh,
+                         clast_gltf_use *use)
+{
+    clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_MESHES, mesh);
+    size_t count = 0, mesh_count = 0;
+    float *own = clast_gltf_read_weights(gltf, node, &count);
+    float *given = clast_gltf_ok(gltf) ? clast_gltf_read_weights(gltf, &value, &mesh_count) : NULL;
+    bool moves = gltf->weights_move[index], mesh_counts = any_weight(given, given != NULL ? mesh_count : 0);
+    use->is_own = use->is_own || moves || (own != NULL && (mesh_counts || any_weight(own, count)));
+    use->has_weights = moves || (own != NULL ? any_weight(own, count) : mesh_counts);
+    count = own != NULL ? count : given != NULL ? mesh_count : moves ? clast_gltf_count_targets(gltf, mesh) : 0;
+    float *zeros = own == NULL && given == NULL && count != 0
+                       ? clast_allocate_zeroed(gltf->context, count, sizeof *zeros)
+                       : NULL;
+    const float *weights = own != NULL ? own : given != NULL ? given : zeros;
+    if (clast_gltf_ok(gltf) && count != 0 && weights == NULL) {
+        clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
+    }
+    if (clast_gltf_ok(gltf) && use->has_weights && count != 0) {
+        clast_gltf_check(gltf, clast_scene_set_node_weights(gltf->scene, use->node, weights, (uint32_t)count));
+    }
+    use->has_weights = use->has_weights && count != 0;
+    clast_free(gltf->context, own);
+    clast_free(gltf->context, given);
+    clast_free(gltf->context, zeros);
+}
+
+static void add_mesh(walk *walk, const clast_gltf_value *node, uint32_t index)
 {
     clast_gltf *gltf = walk->gltf;
     uint32_t mesh = clast_gltf_index(gltf, node, "mesh", CLAST_GLTF_MESHES), first, count;
@@ -221,23 +203,18 @@ static void add_mesh(walk *walk, const clast_gltf_value *node, const clast_gltf_
     if (!clast_gltf_ok(gltf) || mesh == CLAST_NONE) {
         return;
     }
-    clast_gltf_pose pose = {0};
-    float *weights = clast_gltf_read_weights(gltf, node, &pose.weight_count); // its own, if any
-    clast_gltf_transform *joints = skin != CLAST_NONE && clast_gltf_ok(gltf)
-                                       ? read_joints(walk, skin, &pose.joint_count)
-                                       : NULL;
-    pose.weights = weights;
-    pose.joints = joints;
-    clast_gltf_transform still = identity();
-    // The joints move a skinned mesh, and its own node does not (section 3.7.3.3).
-    const clast_gltf_transform *place = joints != NULL ? &still : to_world;
-    const clast_gltf_pose *used = weights != NULL || joints != NULL ? &pose : NULL;
-    if (clast_gltf_ok(gltf) && clast_gltf_use_mesh(gltf, mesh, used, &first, &count) &&
-        !add_many_instances(gltf, node, first, count, place)) {
-        add_instances(gltf, node, first, count, place);
+    clast_gltf_use use = {.skin = skin, .is_own = skin != CLAST_NONE, .node = CLAST_NONE};
+    placement place = {CLAST_NONE, walk->to_world[index]};
+    if (gltf->node_numbers != NULL) {
+        use.node = gltf->node_numbers[index];
+        read_weights(gltf, node, index, mesh, &use);
+        place = (placement){skin == CLAST_NONE ? use.node : CLAST_NONE, clast_matrix_identity()};
     }
-    clast_free(gltf->context, weights);
-    clast_free(gltf->context, joints);
+    // The joints move a skinned mesh, and its own node does not (section 3.7.3.3).
+    if (clast_gltf_ok(gltf) && clast_gltf_use_mesh(gltf, mesh, &use, &first, &count) &&
+        !add_many_instances(gltf, node, first, count, &place)) {
+        add_instances(gltf, node, first, count, &place);
+    }
 }
 
 // ------------------------------------------------------------------------------------------------------------- walking
@@ -306,10 +283,25 @@ static void push_children(walk *walk, const clast_gltf_value *node)
     }
 }
 
+// Keeps a node in the scene; what it hangs from is kept already.
+static void keep_node(walk *walk, uint32_t index, const clast_gltf_value *value, const clast_scene_node *place)
+{
+    clast_gltf *gltf = walk->gltf;
+    clast_scene_node node = *place;
+    uint32_t parent = walk->parents[index];
+    node.parent = parent != CLAST_NONE ? gltf->node_numbers[parent] : walk->base;
+    const char *name = clast_gltf_text(gltf, value, "name");
+    if (clast_gltf_ok(gltf)) {
+        clast_gltf_check(gltf, clast_scene_adopt_node(gltf->scene, &node, name, &gltf->node_numbers[index]));
+    }
+}
+
 // The transform of every node to world space, parents first.
 static void find_transforms(walk *walk)
 {
     clast_gltf *gltf = walk->gltf;
+    const clast_matrix *base = walk->base != CLAST_NONE ? &gltf->scene->motion.nodes[walk->base].to_world : NULL;
+    clast_matrix root = base != NULL ? *base : clast_matrix_identity();
     for (uint32_t i = walk->node_count; i-- > 0;) {
         if (walk->parents[i] == CLAST_NONE) {
             walk->stack[walk->stack_size++] = i;
@@ -318,11 +310,15 @@ static void find_transforms(walk *walk)
     while (walk->stack_size > 0 && clast_gltf_ok(gltf)) {
         uint32_t index = walk->stack[--walk->stack_size];
         clast_gltf_value node = clast_gltf_entry(gltf, CLAST_GLTF_NODES, index);
-        clast_gltf_transform local = local_transform(gltf, &node);
+        clast_scene_node place = read_place(gltf, &node);
+        clast_matrix local = clast_node_at_rest(&place);
         uint32_t parent = walk->parents[index];
-        walk->to_world[index] = parent != CLAST_NONE ? product(&walk->to_world[parent], &local) : local;
+        walk->to_world[index] = clast_matrix_product(parent != CLAST_NONE ? &walk->to_world[parent] : &root, &local);
         float floats[12];
         if (clast_gltf_ok(gltf) && to_floats(gltf, &node, &walk->to_world[index], floats)) {
+            if (gltf->node_numbers != NULL) {
+                keep_node(walk, index, &node, &place);
+            }
             push_children(walk, &node);
         }
     }
@@ -336,9 +332,10 @@ static void walk_from(walk *walk, uint32_t root)
     while (clast_gltf_ok(gltf) && walk->stack_size > 0) {
         uint32_t index = walk->stack[--walk->stack_size];
         clast_gltf_value node = clast_gltf_entry(gltf, CLAST_GLTF_NODES, index);
-        add_mesh(walk, &node, &walk->to_world[index]);
-        clast_gltf_add_camera(gltf, &node, &walk->to_world[index]);
-        clast_gltf_add_light(gltf, &node, &walk->to_world[index]);
+        uint32_t number = gltf->node_numbers != NULL ? gltf->node_numbers[index] : CLAST_NONE;
+        add_mesh(walk, &node, index);
+        clast_gltf_add_camera(gltf, &node, number, &walk->to_world[index]);
+        clast_gltf_add_light(gltf, &node, number, &walk->to_world[index]);
         push_children(walk, &node);
     }
 }
@@ -372,23 +369,39 @@ static void walk_scene(walk *walk)
     }
 }
 
+static void read_nodes(walk *walk)
+{
+    clast_gltf *gltf = walk->gltf;
+    bool moves = false;
+    memset(walk->parents, 0xff, walk->node_count * sizeof *walk->parents);
+    if (!find_parents(walk) || !check_cycles(walk) || !clast_gltf_find_motion(gltf, &moves)) {
+        return;
+    }
+    if (moves) {
+        walk->base = gltf->scene->motion.base - 1;
+        gltf->node_numbers = clast_allocate(gltf->context, walk->node_count, sizeof *gltf->node_numbers);
+        clast_gltf_check(gltf, gltf->node_numbers != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY);
+    }
+    if (clast_gltf_ok(gltf)) {
+        find_transforms(walk);
+    }
+    if (clast_gltf_ok(gltf)) {
+        walk_scene(walk);
+    }
+}
+
 void clast_gltf_read_nodes(clast_gltf *gltf)
 {
     clast_context *context = gltf->context;
-    walk walk = {.gltf = gltf, .node_count = (uint32_t)clast_gltf_size(&gltf->lists[CLAST_GLTF_NODES])};
+    walk walk = {
+        .gltf = gltf, .node_count = (uint32_t)clast_gltf_size(&gltf->lists[CLAST_GLTF_NODES]), .base = CLAST_NONE};
     walk.parents = clast_allocate(context, walk.node_count, sizeof *walk.parents);
     walk.to_world = walk.parents != NULL ? clast_allocate(context, walk.node_count, sizeof *walk.to_world) : NULL;
     walk.stack = walk.to_world != NULL ? clast_allocate(context, walk.node_count, sizeof *walk.stack) : NULL;
     if (walk.stack == NULL) {
         clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
     } else {
-        memset(walk.parents, 0xff, walk.node_count * sizeof *walk.parents);
-        if (find_parents(&walk) && check_cycles(&walk)) {
-            find_transforms(&walk);
-        }
-        if (clast_gltf_ok(gltf)) {
-            walk_scene(&walk);
-        }
+        read_nodes(&walk);
     }
     clast_free(context, walk.stack);
     clast_free(context, walk.to_world);

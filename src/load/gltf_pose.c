@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Morph targets (section 3.7.2.2) and skins (section 3.7.3), applied once: the pose in which a file shows its meshes
-// before any animation.
+// What moves a primitive's vertices: morph targets (section 3.7.2.2), and the joints that vertices follow (section 3.7.3).
 #include <float.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -11,6 +9,8 @@
 #define FLOAT CLAST_GLTF_BIT(CLAST_GLTF_FLOAT)
 #define SIGNED (CLAST_GLTF_BIT(CLAST_GLTF_BYTE) | CLAST_GLTF_BIT(CLAST_GLTF_SHORT))
 #define UNSIGNED (CLAST_GLTF_BIT(CLAST_GLTF_UNSIGNED_BYTE) | CLAST_GLTF_BIT(CLAST_GLTF_UNSIGNED_SHORT))
+
+enum { JOINTS_OF_SET = 4, SETS_MOST = 64 };
 
 float *clast_gltf_read_weights(clast_gltf *gltf, const clast_gltf_value *object, size_t *count)
 {
@@ -28,152 +28,181 @@ float *clast_gltf_read_weights(clast_gltf *gltf, const clast_gltf_value *object,
     return weights;
 }
 
-// ------------------------------------------------------------------------------------------------------- morph targets
-
-// Adds a target's displacements of one attribute, times its weight, to `width` floats a vertex of which three are
-// moved.
-static void add_target(clast_gltf *gltf, const clast_gltf_value *target, const char *name, float weight, uint64_t count,
-                       size_t width, float *vectors)
+size_t clast_gltf_count_targets(clast_gltf *gltf, uint32_t mesh)
 {
-    clast_gltf_value place = clast_gltf_member(target, name);
-    if (place.json == NULL || vectors == NULL || !clast_gltf_ok(gltf)) {
-        return;
-    }
-    float *moves = clast_gltf_read_block(gltf, &place, FLOAT | SIGNED, 1, 3, &count);
-    for (size_t i = 0; moves != NULL && i < count; i++) {
-        for (size_t k = 0; k < 3; k++) {
-            vectors[width * i + k] += weight * moves[3 * i + k];
-        }
-    }
-    clast_free(gltf->context, moves);
+    clast_gltf_value value = clast_gltf_entry(gltf, CLAST_GLTF_MESHES, mesh);
+    clast_gltf_value primitives = clast_gltf_array(gltf, &value, "primitives");
+    clast_gltf_value first = clast_gltf_element(&primitives, 0);
+    clast_gltf_value targets = clast_gltf_array(gltf, &first, "targets");
+    return clast_gltf_size(&targets);
 }
 
-bool clast_gltf_morph(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose,
-                      const clast_mesh *mesh, float *positions, float *normals, float *tangents)
+// ------------------------------------------------------------------------------------------------------- morph targets
+
+// The displacements of one attribute, kept by the scene; null where there are none, or on failure.
+static const float *read_moves(clast_gltf *gltf, const clast_gltf_value *target, const char *name,
+                               clast_gltf_window window)
 {
-    clast_gltf_value targets = clast_gltf_array(gltf, primitive, "targets");
-    if (clast_gltf_ok(gltf) && clast_gltf_size(&targets) != pose->weight_count) {
-        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, primitive, "%zu morph targets: expected %zu, as there are weights",
-                        clast_gltf_size(&targets), pose->weight_count);
+    clast_gltf_value place = clast_gltf_member(target, name);
+    if (place.json == NULL || !clast_gltf_ok(gltf)) {
+        return NULL;
     }
-    for (size_t i = 0; i < pose->weight_count && clast_gltf_ok(gltf); i++) {
-        float weight = pose->weights[i];
-        if (weight != 0.0f) {
-            clast_gltf_value target = clast_gltf_element_object(gltf, &targets, i);
-            add_target(gltf, &target, "POSITION", weight, mesh->vertex_count, 3, positions);
-            add_target(gltf, &target, "NORMAL", weight, mesh->vertex_count, 3, normals);
-            add_target(gltf, &target, "TANGENT", weight, mesh->vertex_count, 4, tangents);
-        }
+    void *block;
+    const float *moves = clast_gltf_read_vertices(gltf, &place, window, FLOAT | SIGNED, 3, &block);
+    bool is_kept = block == NULL || clast_gltf_check(gltf, clast_scene_keep_block(gltf->scene, block));
+    return is_kept ? moves : NULL;
+}
+
+static bool morph(clast_gltf *gltf, const clast_gltf_value *primitive, clast_gltf_window window, uint32_t node,
+                  const clast_deformation *known, uint32_t geometry)
+{
+    clast_scene *scene = gltf->scene;
+    clast_gltf_value list = clast_gltf_array(gltf, primitive, "targets");
+    size_t count = clast_gltf_size(&list);
+    uint32_t wanted = scene->motion.nodes[node].weight_count;
+    if (clast_gltf_ok(gltf) && count != wanted) {
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, primitive, "%zu morph targets: expected %u, as there are weights",
+                        count, wanted);
     }
-    return clast_gltf_ok(gltf);
+    if (!clast_gltf_ok(gltf)) {
+        return false;
+    }
+    if (known != NULL && known->target_count == wanted) {
+        return clast_gltf_check(gltf, clast_scene_adopt_morph(scene, geometry, known->targets, wanted, node));
+    }
+    clast_morph_target *targets = clast_allocate_zeroed(gltf->context, count, sizeof *targets);
+    if (targets == NULL) {
+        return clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
+    }
+    for (size_t i = 0; i < count && clast_gltf_ok(gltf); i++) {
+        clast_gltf_value target = clast_gltf_element_object(gltf, &list, i);
+        targets[i].positions = read_moves(gltf, &target, "POSITION", window);
+        targets[i].normals = read_moves(gltf, &target, "NORMAL", window);
+        targets[i].tangents = read_moves(gltf, &target, "TANGENT", window);
+    }
+    if (!clast_gltf_ok(gltf)) {
+        clast_free(gltf->context, targets);
+        return false;
+    }
+    return clast_gltf_check(gltf, clast_scene_keep_block(scene, targets)) &&
+           clast_gltf_check(gltf, clast_scene_adopt_morph(scene, geometry, targets, wanted, node));
 }
 
 // --------------------------------------------------------------------------------------------------------------- skins
 
-// Adds one set of four joints for each vertex, weighted, to the vertices' matrices and the sums of their weights.
-// False where the primitive has no such set, or on failure.
-static bool add_joint_set(clast_gltf *gltf, const clast_gltf_value *attributes, unsigned set,
-                          const clast_gltf_pose *pose, uint64_t count, clast_gltf_transform *blends, double *sums)
+// Joints and weights of each vertex, all sets side by side.
+typedef struct influence_block {
+    float *weights;
+    uint16_t *joints; // in the same block
+    uint32_t width;
+} influence_block;
+
+static clast_gltf_value set_member(const clast_gltf_value *attributes, const char *name, unsigned set, char text[24])
+{
+    snprintf(text, 24, "%s_%u", name, set);
+    return clast_gltf_member(attributes, text);
+}
+
+static unsigned count_sets(const clast_gltf_value *attributes)
+{
+    char joints[24], weights[24];
+    unsigned set = 0;
+    while (set < SETS_MOST && set_member(attributes, "JOINTS", set, joints).json != NULL &&
+           set_member(attributes, "WEIGHTS", set, weights).json != NULL) {
+        set++;
+    }
+    return set;
+}
+
+static bool read_set(clast_gltf *gltf, const clast_gltf_value *attributes, unsigned set, clast_gltf_window window,
+                     uint32_t joint_count, influence_block *made)
 {
     char joints_name[24], weights_name[24];
-    snprintf(joints_name, sizeof joints_name, "JOINTS_%u", set);
-    snprintf(weights_name, sizeof weights_name, "WEIGHTS_%u", set);
-    clast_gltf_value joints_place = clast_gltf_member(attributes, joints_name),
-                     weights_place = clast_gltf_member(attributes, weights_name);
-    if (joints_place.json == NULL || weights_place.json == NULL) {
-        return false;
-    }
-    float *joints = clast_gltf_read_block(gltf, &joints_place, UNSIGNED, 1, 4, &count); // exact: at most 16 bits
-    float *weights = joints != NULL ? clast_gltf_read_block(gltf, &weights_place, FLOAT | UNSIGNED, 1, 4, &count)
-                                    : NULL;
-    for (size_t i = 0; weights != NULL && i < 4 * count && clast_gltf_ok(gltf); i++) {
-        double weight = (double)weights[i];
-        if (weight == 0.0) {
-            continue;
-        }
-        if (!(joints[i] < (float)pose->joint_count)) {
-            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &joints_place, "joint %.0f of %zu (vertex %zu)",
-                            (double)joints[i], pose->joint_count, i / 4);
-        } else if (!(weight > 0.0 && weight <= (double)FLT_MAX)) {
+    clast_gltf_value joints_place = set_member(attributes, "JOINTS", set, joints_name),
+                     weights_place = set_member(attributes, "WEIGHTS", set, weights_name);
+    void *joints_block, *weights_block = NULL;
+    // exact: at most 16 bits
+    const float *joints = clast_gltf_read_vertices(gltf, &joints_place, window, UNSIGNED, 4, &joints_block);
+    const float *weights = joints != NULL ? clast_gltf_read_vertices(gltf, &weights_place, window, FLOAT | UNSIGNED, 4,
+                                                                     &weights_block)
+                                          : NULL;
+    for (size_t i = 0; weights != NULL && i < (size_t)window.count * JOINTS_OF_SET && clast_gltf_ok(gltf); i++) {
+        size_t vertex = i / JOINTS_OF_SET, place = vertex * made->width + set * JOINTS_OF_SET + i % JOINTS_OF_SET;
+        if (!(weights[i] >= 0.0f)) {
             clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &weights_place, "weight %g (vertex %zu): expected 0 to 1",
-                            weight, i / 4);
+                            (double)weights[i], window.first + vertex);
+        } else if (weights[i] > 0.0f && !(joints[i] < (float)joint_count)) {
+            clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &joints_place, "joint %.0f of %u (vertex %zu)",
+                            (double)joints[i], joint_count, window.first + vertex);
         } else {
-            const clast_gltf_transform *joint = &pose->joints[(size_t)joints[i]];
-            for (size_t k = 0; k < 12; k++) {
-                blends[i / 4].rows[k / 4][k % 4] += weight * joint->rows[k / 4][k % 4];
-            }
-            sums[i / 4] += weight;
+            made->weights[place] = weights[i];
+            made->joints[place] = (uint16_t)joints[i];
         }
     }
-    clast_free(gltf->context, joints);
-    clast_free(gltf->context, weights);
+    clast_free(gltf->context, joints_block);
+    clast_free(gltf->context, weights_block);
     return clast_gltf_ok(gltf);
 }
 
-static void move_direction(const double matrix[3][3], float *vector)
-{
-    double moved[3], largest = 0.0;
-    for (int i = 0; i < 3; i++) {
-        moved[i] = matrix[i][0] * (double)vector[0] + matrix[i][1] * (double)vector[1] +
-                   matrix[i][2] * (double)vector[2];
-        largest = fmax(largest, fabs(moved[i]));
-    }
-    double length = largest > 0.0 ? largest * sqrt((moved[0] / largest) * (moved[0] / largest) +
-                                                   (moved[1] / largest) * (moved[1] / largest) +
-                                                   (moved[2] / largest) * (moved[2] / largest))
-                                  : 1.0;
-    for (int i = 0; i < 3; i++) {
-        vector[i] = (float)(moved[i] / length);
-    }
-}
-
-// Moves a vertex. Normals go by the cofactors, which are the inverse transpose times the determinant.
-static void move_vertex(const clast_gltf_transform *blend, double sum, float *position, float *normal, float *tangent)
-{
-    double m[3][3], cofactors[3][3], moved[3];
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            m[i][j] = blend->rows[i][j] / sum;
-        }
-        moved[i] = m[i][0] * (double)position[0] + m[i][1] * (double)position[1] + m[i][2] * (double)position[2] +
-                   blend->rows[i][3] / sum;
-    }
-    for (int i = 0; i < 3; i++) {
-        int a = (i + 1) % 3, b = (i + 2) % 3;
-        for (int j = 0; j < 3; j++) {
-            int c = (j + 1) % 3, d = (j + 2) % 3;
-            cofactors[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
-        }
-        position[i] = (float)moved[i];
-    }
-    if (normal != NULL) {
-        move_direction(cofactors, normal);
-    }
-    if (tangent != NULL) {
-        move_direction(m, tangent);
-    }
-}
-
-bool clast_gltf_skin(clast_gltf *gltf, const clast_gltf_value *primitive, const clast_gltf_pose *pose,
-                     const clast_mesh *mesh, float *positions, float *normals, float *tangents)
+static bool read_influences(clast_gltf *gltf, const clast_gltf_value *primitive, clast_gltf_window window,
+                            uint32_t joint_count, influence_block *made)
 {
     clast_gltf_value attributes = clast_gltf_object(gltf, primitive, "attributes");
-    size_t count = mesh->vertex_count;
-    clast_gltf_transform *blends = clast_allocate_zeroed(gltf->context, count, sizeof *blends);
-    double *sums = blends != NULL ? clast_allocate_zeroed(gltf->context, count, sizeof *sums) : NULL;
-    if (sums == NULL) {
-        clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
+    unsigned sets = count_sets(&attributes);
+    *made = (influence_block){.width = sets * JOINTS_OF_SET};
+    if (!clast_gltf_ok(gltf) || sets == 0) {
+        return clast_gltf_ok(gltf);
     }
-    for (unsigned set = 0; clast_gltf_ok(gltf) && add_joint_set(gltf, &attributes, set, pose, count, blends, sums);
-         set++) {
+    size_t count = (size_t)window.count * made->width;
+    made->weights = clast_allocate(gltf->context, count, sizeof *made->weights + sizeof *made->joints);
+    if (made->weights == NULL) {
+        return clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
     }
-    for (size_t i = 0; i < count && clast_gltf_ok(gltf); i++) {
-        if (sums[i] > 0.0) { // vertices without weights stay
-            move_vertex(&blends[i], sums[i], positions + 3 * i, normals != NULL ? normals + 3 * i : NULL,
-                        tangents != NULL ? tangents + 4 * i : NULL);
-        }
+    made->joints = (uint16_t *)(made->weights + count);
+    for (unsigned set = 0; set < sets && clast_gltf_ok(gltf); set++) {
+        read_set(gltf, &attributes, set, window, joint_count, made);
     }
-    clast_free(gltf->context, sums);
-    clast_free(gltf->context, blends);
-    return clast_gltf_ok(gltf);
+    size_t wrong;
+    if (clast_gltf_ok(gltf) &&
+        !clast_weigh_joints(made->joints, made->weights, window.count, made->width, joint_count, &wrong)) {
+        clast_gltf_fail(gltf, CLAST_ERROR_MALFORMED, &attributes, "weight %g (vertex %zu): expected 0 to 1",
+                        (double)made->weights[wrong], window.first + wrong / made->width);
+    }
+    if (!clast_gltf_ok(gltf)) {
+        clast_free(gltf->context, made->weights);
+        return false;
+    }
+    return clast_gltf_check(gltf, clast_scene_keep_block(gltf->scene, made->weights));
+}
+
+static bool skin(clast_gltf *gltf, const clast_gltf_value *primitive, clast_gltf_window window, uint32_t index,
+                 const clast_deformation *known, uint32_t geometry)
+{
+    clast_scene *scene = gltf->scene;
+    uint32_t number = clast_gltf_use_skin(gltf, index);
+    if (number == CLAST_NONE) {
+        return false;
+    }
+    uint32_t joint_count = scene->motion.skins[number].joint_count;
+    if (known != NULL && known->influences != 0 && scene->motion.skins[known->skin].joint_count == joint_count) {
+        return clast_gltf_check(gltf, clast_scene_adopt_skinning(scene, geometry, number, known->influences,
+                                                                 known->joints, known->joint_weights));
+    }
+    influence_block made;
+    return read_influences(gltf, primitive, window, joint_count, &made) &&
+           clast_gltf_check(gltf,
+                            clast_scene_adopt_skinning(scene, geometry, number, made.width, made.joints, made.weights));
+}
+
+bool clast_gltf_deform(clast_gltf *gltf, const clast_gltf_value *primitive, clast_gltf_window window,
+                       const clast_gltf_use *use, uint32_t known, uint32_t geometry)
+{
+    // A copy: the list of geometries does not grow here, and their deformations change.
+    clast_deformation other = {0};
+    if (known != CLAST_NONE) {
+        other = gltf->scene->geometries[known].deformation;
+    }
+    const clast_deformation *source = known != CLAST_NONE ? &other : NULL;
+    return (!use->has_weights || morph(gltf, primitive, window, use->node, source, geometry)) &&
+           (use->skin == CLAST_NONE || skin(gltf, primitive, window, use->skin, source, geometry));
 }

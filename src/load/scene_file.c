@@ -146,15 +146,14 @@ static clast_status repeat(clast_scene *scene, scene_mark from, uint32_t copies)
         float x = (upper[0] - lower[0]) * 1.05f * (float)(copy % side);
         float z = (upper[2] - lower[2]) * -1.05f * (float)(copy / side);
         for (size_t i = from.instances; i < end; i++) {
-            clast_instance instance = scene->instances[i];
-            instance.name = NULL;
-            instance.to_world.rows[0].v[3] += x;
-            instance.to_world.rows[2].v[3] += z;
-            if (!is_finite_transform(&instance.to_world)) {
-                return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT,
-                                  "the copies leave the range of single precision");
+            status = clast_scene_copy_instance(scene, i, x, z);
+            if (status == CLAST_OK && !is_finite_transform(&scene->instances[scene->instance_count - 1].to_world)) {
+                status = clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT,
+                                    "the copies leave the range of single precision");
             }
-            scene->instances[scene->instance_count++] = instance;
+            if (status != CLAST_OK) {
+                return status;
+            }
         }
     }
     scene->instance_version++;
@@ -173,6 +172,27 @@ static char *path_of(scene_reader *reader, const clast_json_place *place)
         reader->json.status = CLAST_ERROR_OUT_OF_MEMORY;
     }
     return path;
+}
+
+// Loads a model and places it: what moves in it hangs from a node that does, all else is moved once.
+static void load_model(scene_reader *reader, const clast_json_place *model, const char *path, clast_transform transform)
+{
+    clast_json *json = &reader->json;
+    clast_motion *motion = &reader->scene->motion;
+    scene_mark from = mark(reader->scene);
+    clast_scene_node base = {.parent = CLAST_NONE, .has_matrix = true, .matrix = clast_matrix_of_transform(&transform)};
+    uint32_t number = CLAST_NONE;
+    clast_json_check(json, model, clast_scene_adopt_node(reader->scene, &base, NULL, &number));
+    if (json->status != CLAST_OK) {
+        return;
+    }
+    motion->base = number + 1;
+    clast_json_check(json, model, clast_load_model(reader->scene, path));
+    motion->base = 0;
+    if (json->status == CLAST_OK && motion->node_count == number + 1) {
+        motion->node_count--;
+        place(reader, model, from, transform);
+    }
 }
 
 // ------------------------------------------------------------------------------------------------------- displacement
@@ -313,7 +333,7 @@ static void read_model(scene_reader *reader, const clast_json_place *model)
         clast_scene_choice before = reader->scene->choice;
         choose_model(reader, model);
         if (json->status == CLAST_OK) {
-            clast_json_check(json, model, clast_load_model(reader->scene, path));
+            load_model(reader, model, path, transform);
         }
         reader->scene->choice = before;
         if (json->status == CLAST_OK && displacement.given) {
@@ -323,9 +343,6 @@ static void read_model(scene_reader *reader, const clast_json_place *model)
         }
         if (json->status == CLAST_OK) {
             tessellate_model(reader, model, first_geometry);
-        }
-        if (json->status == CLAST_OK) {
-            place(reader, model, from, transform);
         }
         if (json->status == CLAST_OK && copies > 1) {
             clast_json_check(json, &copies_place, repeat(reader->scene, from, copies));

@@ -11,13 +11,14 @@ enum { JOINTS_MOST = 65536 };
 
 // ----------------------------------------------------------------------------------------------------------- editing
 
-static clast_status find_mesh(clast_scene *scene, uint32_t number, clast_geometry **geometry)
+// The mesh of that number; null, with its error, where there is none.
+static clast_geometry *find_mesh(clast_scene *scene, uint32_t number)
 {
     if (number >= scene->geometry_count || !clast_geometry_is_mesh(&scene->geometries[number])) {
-        return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "geometry %u is no mesh of the scene", number);
+        clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "geometry %u is no mesh of the scene", number);
+        return NULL;
     }
-    *geometry = &scene->geometries[number];
-    return CLAST_OK;
+    return &scene->geometries[number];
 }
 
 clast_status clast_scene_share_mesh(clast_scene *scene, uint32_t number, const char *name, uint32_t *shared)
@@ -27,12 +28,12 @@ clast_status clast_scene_share_mesh(clast_scene *scene, uint32_t number, const c
     }
     clast_context *context = scene->context;
     clast_motion *motion = &scene->motion;
-    clast_geometry *geometry = NULL;
-    clast_status status = find_mesh(scene, number, &geometry);
-    if (status == CLAST_OK) {
-        status = CLAST_RESERVE(context, motion->blocks, motion->block_capacity,
-                               motion->block_count + geometry->block_count);
+    clast_geometry *geometry = find_mesh(scene, number);
+    if (geometry == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
     }
+    clast_status status = CLAST_RESERVE(context, motion->blocks, motion->block_capacity,
+                                        motion->block_count + geometry->block_count);
     if (status == CLAST_OK) {
         status = CLAST_RESERVE(context, scene->geometries, scene->geometry_capacity, scene->geometry_count + 1);
     }
@@ -66,10 +67,9 @@ static void deform(clast_geometry *geometry, const clast_deformation *deformatio
 clast_status clast_scene_adopt_morph(clast_scene *scene, uint32_t number, const clast_morph_target *targets,
                                      uint32_t count, uint32_t node)
 {
-    clast_geometry *geometry = NULL;
-    clast_status status = find_mesh(scene, number, &geometry);
-    if (status != CLAST_OK) {
-        return status;
+    clast_geometry *geometry = find_mesh(scene, number);
+    if (geometry == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
     }
     if (count != 0 && (node >= scene->motion.node_count || scene->motion.nodes[node].weight_count != count)) {
         return clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT,
@@ -100,10 +100,9 @@ clast_status clast_scene_set_mesh_morph(clast_scene *scene, uint32_t number, con
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_context *context = scene->context;
-    clast_geometry *geometry = NULL;
-    clast_status status = find_mesh(scene, number, &geometry);
-    if (status != CLAST_OK) {
-        return status;
+    clast_geometry *geometry = find_mesh(scene, number);
+    if (geometry == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
     }
     size_t width = 3 * (size_t)geometry->of.mesh.vertex_count, arrays = 0, floats = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -125,7 +124,7 @@ clast_status clast_scene_set_mesh_morph(clast_scene *scene, uint32_t number, con
         copies[i].normals = copy_vectors(&next, targets[i].normals, width);
         copies[i].tangents = copy_vectors(&next, targets[i].tangents, width);
     }
-    status = clast_scene_keep_block(scene, block);
+    clast_status status = clast_scene_keep_block(scene, block);
     if (status != CLAST_OK) {
         clast_free(context, copies);
         return status;
@@ -180,8 +179,8 @@ clast_status clast_scene_add_skin(clast_scene *scene, const clast_skin_desc *des
 clast_status clast_scene_adopt_skinning(clast_scene *scene, uint32_t number, uint32_t skin, uint32_t influences,
                                         const uint16_t *joints, const float *weights)
 {
-    clast_geometry *geometry = NULL;
-    clast_status status = find_mesh(scene, number, &geometry);
+    clast_geometry *geometry = find_mesh(scene, number);
+    clast_status status = geometry != NULL ? CLAST_OK : CLAST_ERROR_INVALID_ARGUMENT;
     if (status == CLAST_OK && influences != 0 && skin >= scene->motion.skin_count) {
         status = clast_fail(scene->context, CLAST_ERROR_INVALID_ARGUMENT, "skin %u: the scene has %zu", skin,
                             scene->motion.skin_count);
@@ -226,8 +225,8 @@ clast_status clast_scene_set_mesh_skin(clast_scene *scene, uint32_t number, uint
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_context *context = scene->context;
-    clast_geometry *geometry = NULL;
-    clast_status status = find_mesh(scene, number, &geometry);
+    clast_geometry *geometry = find_mesh(scene, number);
+    clast_status status = geometry != NULL ? CLAST_OK : CLAST_ERROR_INVALID_ARGUMENT;
     if (status == CLAST_OK && influences != 0 && skin >= scene->motion.skin_count) {
         status = clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT, "skin %u: the scene has %zu", skin,
                             scene->motion.skin_count);

@@ -48,6 +48,7 @@ typedef struct clast_skin {
 typedef struct clast_motion {
     clast_scene_node *nodes;
     size_t node_count, node_capacity;
+    uint32_t base;  // one more than the node that the nodes of a file are hung from; 0: none
     float *weights; // of all nodes, at rest
     size_t weight_count, weight_capacity;
     clast_attachment *attachments;
@@ -81,6 +82,8 @@ static inline bool clast_deforms(const clast_deformation *deformation)
 void clast_motion_destroy(clast_context *context, clast_motion *motion);
 // Keeps a block until the scene ends; frees it where this call fails.
 clast_status clast_scene_keep_block(clast_scene *scene, void *block);
+// From a node's space to its parent's.
+clast_matrix clast_node_at_rest(const clast_scene_node *node);
 // A node whose description has been checked; `name` is copied.
 clast_status clast_scene_adopt_node(clast_scene *scene, const clast_scene_node *node, const char *name,
                                     uint32_t *number);

@@ -45,7 +45,7 @@ clast_status clast_scene_keep_block(clast_scene *scene, void *block)
 
 // ------------------------------------------------------------------------------------------------------------- nodes
 
-static clast_matrix local_at_rest(const clast_scene_node *node)
+clast_matrix clast_node_at_rest(const clast_scene_node *node)
 {
     return node->has_matrix ? node->matrix
                             : clast_matrix_compose(node->parts.translation, node->parts.rotation, node->parts.scale);
@@ -55,7 +55,7 @@ static clast_matrix local_at_rest(const clast_scene_node *node)
 static bool place_node(const clast_motion *motion, clast_scene_node *node)
 {
     clast_transform rounded;
-    clast_matrix local = local_at_rest(node);
+    clast_matrix local = clast_node_at_rest(node);
     node->to_world = node->parent != CLAST_NONE ? clast_matrix_product(&motion->nodes[node->parent].to_world, &local)
                                                 : local;
     return clast_matrix_round(&node->to_world, &rounded);
