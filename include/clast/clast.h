@@ -6,6 +6,7 @@
 #define CLAST_CLAST_H
 
 #include "clast/accel.h"
+#include "clast/animation.h"
 #include "clast/context.h"
 #include "clast/deform.h"
 #include "clast/export.h"

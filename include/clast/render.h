@@ -38,6 +38,8 @@ CLAST_API clast_status clast_render_settings_resolve(clast_context *context, cla
 
 /** The settings that a scene file brought; zero where it says nothing. Texts are the scene's. */
 CLAST_API void clast_scene_settings(const clast_scene *scene, clast_render_settings *settings);
+/** The same, with those that the scene file gives keys over time as they are at `time`, in seconds. */
+CLAST_API void clast_scene_settings_at(const clast_scene *scene, double time, clast_render_settings *settings);
 
 typedef struct clast_renderer clast_renderer;
 
@@ -90,6 +92,8 @@ typedef struct clast_render_statistics {
     uint64_t clusters;
     uint64_t vertices;
     uint32_t units, instances, lights;
+    uint32_t moved_units;    /**< whose vertices this frame made anew though their triangles stayed */
+    uint64_t moved_vertices; /**< of meshes that skins and morph targets posed anew for this frame */
     double rate;       /**< of 1: what the budgets left */
     clast_bound bound; /**< the budget that did not allow more */
     uint64_t wanted_clusters, wanted_triangles;

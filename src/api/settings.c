@@ -1,13 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 // The settings of a render: defaults and ranges, from the one list.
+#include <string.h>
+
 #include "base/context.h"
 #include "clast/render.h"
 #include "scene/scene.h"
 
+// Between keys the value goes straight; before the first and after the last it stays.
+static double value_at(const clast_setting_keys *setting, double time)
+{
+    const double(*keys)[2] = (const double(*)[2])setting->keys;
+    size_t last = setting->key_count - 1, i = 0;
+    while (i < last && keys[i + 1][0] <= time) {
+        i++;
+    }
+    if (i == last || time <= keys[i][0]) {
+        return keys[i][1];
+    }
+    double part = (time - keys[i][0]) / (keys[i + 1][0] - keys[i][0]);
+    return keys[i][1] + part * (keys[i + 1][1] - keys[i][1]);
+}
+
+void clast_scene_settings_at(const clast_scene *scene, double time, clast_render_settings *settings)
+{
+    if (scene == NULL || settings == NULL) {
+        return;
+    }
+    *settings = scene->settings;
+    settings->time = time;
+    for (size_t i = 0; i < scene->motion.setting_count; i++) {
+        const clast_setting_keys *setting = &scene->motion.settings[i];
+        double value = value_at(setting, time);
+        value = value == 0.0 && setting->has_default ? CLAST_ZERO : value;
+        memcpy((char *)settings + setting->offset, &value, sizeof value);
+    }
+}
+
 void clast_scene_settings(const clast_scene *scene, clast_render_settings *settings)
 {
     if (scene != NULL && settings != NULL) {
-        *settings = scene->settings;
+        clast_scene_settings_at(scene, scene->settings.time, settings);
     }
 }
 

@@ -59,6 +59,7 @@ void clast_collect_statistics(const clast_renderer *renderer, clast_render_stati
     statistics->clusters = frame->clusters;
     statistics->vertices = frame->vertices;
     statistics->instances = (uint32_t)frame->instance_count;
+    statistics->moved_vertices = frame->moved_vertices;
     statistics->lights = (uint32_t)renderer->scene->light_count;
     statistics->rate = (double)frame->fitted_rate;
     statistics->bound = frame->bound;
@@ -83,6 +84,7 @@ void clast_collect_statistics(const clast_renderer *renderer, clast_render_stati
             continue;
         }
         statistics->units++;
+        statistics->moved_units += unit->change == CLAST_CHANGE_VERTICES;
         fill += unit_fill(unit);
         records += unit->record_count;
     }

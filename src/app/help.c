@@ -50,7 +50,8 @@ static void option_range(const clast_option *option, char text[RANGE_SIZE])
         }
         break;
     case CLAST_OPTION_FLAG:
-    case CLAST_OPTION_OPTIONAL: break;
+    case CLAST_OPTION_OPTIONAL:
+    case CLAST_OPTION_RANGE: break;
     }
 }
 

@@ -95,6 +95,18 @@ static void print_lights_and_cameras(const clast_scene *scene)
     print_rest(scene->camera_count);
 }
 
+static void print_motion(const clast_scene *scene)
+{
+    const clast_motion *motion = &scene->motion;
+    printf("nodes: %zu, skins: %zu\n", motion->node_count, motion->skin_count);
+    printf("animations: %zu\n", motion->animation_count);
+    for (size_t i = 0; i < motion->animation_count && i < LISTED_MOST; i++) {
+        printf("  %zu %s: %g s, %zu channels\n", i, name_or(motion->animations[i].name, "(no name)"),
+               motion->animations[i].length, motion->animations[i].channel_count);
+    }
+    print_rest(motion->animation_count);
+}
+
 static void print_structures(const clast_render_statistics *statistics)
 {
     char count[32];
@@ -136,6 +148,9 @@ static void print_scene(const clast_info_work *work)
     printf("images: %u, %s\n", counts->images, clast_format_bytes(counts->image_bytes, count));
     print_images(scene);
     print_lights_and_cameras(scene);
+    if (scene->motion.node_count != 0) {
+        print_motion(scene);
+    }
     if (work->lower[0] <= work->upper[0]) {
         printf("bounds: %g %g %g to %g %g %g\n", (double)work->lower[0], (double)work->lower[1], (double)work->lower[2],
                (double)work->upper[0], (double)work->upper[1], (double)work->upper[2]);
@@ -196,6 +211,21 @@ static json_t *cameras_array(const clast_scene *scene)
     return array;
 }
 
+static json_t *animations_array(const clast_scene *scene)
+{
+    json_t *array = json_array();
+    for (size_t i = 0; array != NULL && i < scene->motion.animation_count; i++) {
+        const clast_scene_animation *animation = &scene->motion.animations[i];
+        json_t *row = json_pack("{s:o, s:f, s:I}", "name", clast_report_text(name_or(animation->name, "")), "seconds",
+                                animation->length, "channels", (json_int_t)animation->channel_count);
+        if (json_array_append_new(array, row) != 0) {
+            json_decref(array);
+            return NULL;
+        }
+    }
+    return array;
+}
+
 static json_t *corner_or_null(const clast_info_work *work, const float corner[3])
 {
     if (!(work->lower[0] <= work->upper[0])) {
@@ -209,14 +239,15 @@ static json_t *scene_object(const clast_info_work *work)
     const clast_scene *scene = work->scene;
     const clast_scene_counts *counts = &work->counts;
     json_t *object = json_pack(
-        "{s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o, s:I, s:I, s:o, s:o, s:o, s:o}", "verb", "info", "clast",
+        "{s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:o, s:I, s:I, s:o, s:o, s:o, s:o, s:o}", "verb", "info", "clast",
         clast_report_program(&work->session), "input", clast_report_text(work->session.command->positionals[0]),
         "geometries", geometries_array(scene), "mesh_triangles", (json_int_t)counts->triangles, "instances",
         (json_int_t)counts->instances, "materials", (json_int_t)counts->materials, "textures",
         (json_int_t)counts->textures, "images", images_array(scene), "image_bytes", (json_int_t)counts->image_bytes,
         "lights", (json_int_t)counts->lights, "environment",
         scene->has_environment ? json_string(environment_texts[scene->environment.type]) : json_null(), "cameras",
-        cameras_array(scene), "lower", corner_or_null(work, work->lower), "upper", corner_or_null(work, work->upper));
+        cameras_array(scene), "animations", animations_array(scene), "lower", corner_or_null(work, work->lower),
+        "upper", corner_or_null(work, work->upper));
     if (object != NULL && work->is_cooked) {
         json_t *cooked = json_object();
         if (cooked == NULL || clast_report_add_counts(cooked, &work->statistics) != 0 ||

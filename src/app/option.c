@@ -43,10 +43,13 @@ enum { CLAST_IN_FRAME = CLAST_IN_RENDER | CLAST_IN_EXPORT };
     {name, CLAST_OPTION_TEXT, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
 #define COMMAND_OPTIONAL(verbs, field, name, placeholder, help) \
     {name, CLAST_OPTION_OPTIONAL, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
+#define COMMAND_RANGE(verbs, field, name, placeholder, help) \
+    {name, CLAST_OPTION_RANGE, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
 
 const clast_option clast_options[] = {
     CLAST_RENDER_SETTING_LIST(RENDER_UINT, RENDER_REAL, RENDER_CHOICE, RENDER_TEXT) CLAST_COMMAND_OPTION_LIST(
-        COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE, COMMAND_SIZE, COMMAND_FLAG, COMMAND_TEXT, COMMAND_OPTIONAL)};
+        COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE, COMMAND_SIZE, COMMAND_FLAG, COMMAND_TEXT, COMMAND_OPTIONAL,
+        COMMAND_RANGE)};
 const size_t clast_option_count = sizeof clast_options / sizeof *clast_options;
 
 clast_option_word clast_option_spell(const clast_option *option)
@@ -77,6 +80,8 @@ static const char *const render_details[] = {
     "(32-bit layers: all views, or the one that --view names), .pfm or .hdr (linear values of one view). Without it, the name is "
     "the input's with .png, in the current folder.",
     "A setting that is not on the command line has the value of the scene file, where it has one.",
+    "With --frames, a picture of each frame is written as soon as it is done: picture.0001.png and so on for picture.png. The "
+    "same frame has the same picture, whichever frames were asked for.",
     "Ctrl-C ends the render and writes what there is until then; a second one ends the command at once.",
     NULL,
 };

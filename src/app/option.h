@@ -56,7 +56,8 @@ enum {
 //   FLAG(verbs, field, name, help)
 //   TEXT(verbs, field, name, placeholder, help): null where not given
 //   OPTIONAL(verbs, field, name, placeholder, help): --name or --name=VALUE; "-" where no value is given
-#define CLAST_COMMAND_OPTION_LIST(UINT, REAL, CHOICE, SIZE, FLAG, TEXT, OPTIONAL) \
+//   RANGE(verbs, field, name, placeholder, help): two whole numbers, as 1:24, or a single one
+#define CLAST_COMMAND_OPTION_LIST(UINT, REAL, CHOICE, SIZE, FLAG, TEXT, OPTIONAL, RANGE) \
     CHOICE(CLAST_IN_RENDER, view, "view", CLAST_VIEW_LIST, CLAST_VIEW_COLOUR, \
            "what the picture shows; an .exr output holds all views as layers unless this is given") \
     UINT(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, copies, "copies", 1, 1, 16777216, "N", \
@@ -99,6 +100,11 @@ enum {
 
 enum { CLAST_POSITIONALS_MOST = 3 };
 
+// From first to last.
+typedef struct clast_range {
+    uint32_t first, last;
+} clast_range;
+
 // What a command line asks for.
 typedef struct clast_command {
     clast_verb verb;
@@ -109,14 +115,15 @@ typedef struct clast_command {
 #define CLAST_FIELD_SIZE(verbs, field, ...) uint64_t field;
 #define CLAST_FIELD_FLAG(verbs, field, ...) bool field;
 #define CLAST_FIELD_TEXT(verbs, field, ...) const char *field;
+#define CLAST_FIELD_RANGE(verbs, field, ...) clast_range field;
     CLAST_COMMAND_OPTION_LIST(CLAST_FIELD_UINT, CLAST_FIELD_REAL, CLAST_FIELD_UINT, CLAST_FIELD_SIZE, CLAST_FIELD_FLAG,
-                              CLAST_FIELD_TEXT, CLAST_FIELD_TEXT)
+                              CLAST_FIELD_TEXT, CLAST_FIELD_TEXT, CLAST_FIELD_RANGE)
     struct { // which options were on the command line
 #define CLAST_GIVEN(name, ...) bool name;
         CLAST_RENDER_SETTING_LIST(CLAST_GIVEN, CLAST_GIVEN, CLAST_GIVEN, CLAST_GIVEN)
 #define CLAST_GIVEN_FIELD(verbs, field, ...) bool field##_;
         CLAST_COMMAND_OPTION_LIST(CLAST_GIVEN_FIELD, CLAST_GIVEN_FIELD, CLAST_GIVEN_FIELD, CLAST_GIVEN_FIELD,
-                                  CLAST_GIVEN_FIELD, CLAST_GIVEN_FIELD, CLAST_GIVEN_FIELD)
+                                  CLAST_GIVEN_FIELD, CLAST_GIVEN_FIELD, CLAST_GIVEN_FIELD, CLAST_GIVEN_FIELD)
     } given;
 } clast_command;
 
@@ -128,6 +135,7 @@ typedef enum clast_option_type {
     CLAST_OPTION_SIZE,
     CLAST_OPTION_FLAG,
     CLAST_OPTION_OPTIONAL,
+    CLAST_OPTION_RANGE,
 } clast_option_type;
 
 typedef struct clast_choice {

@@ -111,6 +111,41 @@ clast_exit clast_output_plan(clast_session *session, clast_output *picture)
     return CLAST_EXIT_SUCCESS;
 }
 
+// Where a path has %d or %0Nd, N of one digit: gives its length and how many digits are wanted. Null where there is none.
+static const char *find_pattern(const char *path, size_t *length, int *digits)
+{
+    for (const char *at = strchr(path, '%'); at != NULL; at = strchr(at + 1, '%')) {
+        if (at[1] == 'd') {
+            *length = 2;
+            *digits = 1;
+            return at;
+        }
+        if (at[1] == '0' && at[2] >= '1' && at[2] <= '9' && at[3] == 'd') {
+            *length = 4;
+            *digits = at[2] - '0';
+            return at;
+        }
+    }
+    return NULL;
+}
+
+char *clast_output_frame_path(clast_context *context, const char *path, uint32_t frame)
+{
+    size_t length = 0, size = strlen(path) + 16;
+    int digits = 4;
+    const char *at = find_pattern(path, &length, &digits);
+    const char *point = "";
+    if (at == NULL) {
+        at = strrchr(path, '.'); // there is one: the extension says what is written
+        point = ".";
+    }
+    char *result = clast_allocate(context, size, 1);
+    if (result != NULL) {
+        snprintf(result, size, "%.*s%s%0*u%s", (int)(at - path), path, point, digits, frame, at + length);
+    }
+    return result;
+}
+
 clast_status clast_output_allocate(clast_context *context, clast_output *picture, uint32_t width, uint32_t height)
 {
     picture->width = width;

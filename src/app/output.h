@@ -25,6 +25,9 @@ typedef struct clast_output {
 // Decides path, format and views from the command line; checks that the format can hold the view and that the file can be
 // written, before any work. Prints the error and gives an exit code other than success.
 clast_exit clast_output_plan(clast_session *session, clast_output *picture);
+// The path of a frame's picture: its number in place of %d, as %04d, or with four digits before the extension. A block of
+// clast_allocate; null where memory ran out.
+char *clast_output_frame_path(clast_context *context, const char *path, uint32_t frame);
 // Makes room for the pixels.
 clast_status clast_output_allocate(clast_context *context, clast_output *picture, uint32_t width, uint32_t height);
 clast_status clast_output_write(clast_context *context, clast_output *picture, const clast_render_settings *settings);

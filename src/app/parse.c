@@ -187,6 +187,24 @@ static bool parse_size(const clast_option *option, const char *text, void *place
     return true;
 }
 
+static bool parse_range(const clast_option *option, const char *text, void *place)
+{
+    uint64_t first = 0, last = 0;
+    const char *end = text;
+    bool good = parse_whole(text, &first, &end);
+    last = first;
+    if (good && *end == ':') {
+        good = parse_whole(end + 1, &last, &end);
+    }
+    if (!good || *end != '\0' || first > last || last >= UINT32_MAX) {
+        clast_print_error("--%s: expected two whole numbers, the first not above the second, as 1:24, got \"%s\"",
+                          clast_option_spell(option).text, text);
+        return false;
+    }
+    *(clast_range *)place = (clast_range){(uint32_t)first, (uint32_t)last};
+    return true;
+}
+
 static bool parse_value(const clast_option *option, const char *text, clast_command *command)
 {
     void *place = (char *)command + option->offset;
@@ -197,6 +215,7 @@ static bool parse_value(const clast_option *option, const char *text, clast_comm
     case CLAST_OPTION_CHOICE: return parse_choice(option, text, place);
     case CLAST_OPTION_SIZE: return parse_size(option, text, place);
     case CLAST_OPTION_FLAG: *(bool *)place = true; return true;
+    case CLAST_OPTION_RANGE: return parse_range(option, text, place);
     case CLAST_OPTION_TEXT:
     case CLAST_OPTION_OPTIONAL: *(const char **)place = text; return true;
     }
@@ -249,7 +268,7 @@ static void set_defaults(clast_verb verb, clast_command *command)
 #define DEFAULT_CHOICE(verbs, field, name, list, initial, ...) command->field = initial;
 #define DEFAULT_ZERO(verbs, field, ...)
     CLAST_COMMAND_OPTION_LIST(DEFAULT_NUMBER, DEFAULT_NUMBER, DEFAULT_CHOICE, DEFAULT_ZERO, DEFAULT_ZERO, DEFAULT_ZERO,
-                              DEFAULT_ZERO)
+                              DEFAULT_ZERO, DEFAULT_ZERO)
 }
 
 bool clast_command_parse(clast_verb verb, int count, char *const *arguments, clast_command *command)

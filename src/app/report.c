@@ -115,6 +115,8 @@ int clast_report_add_counts(json_t *object, const clast_render_statistics *stati
     failures += SET_REAL(object, "cluster_fill", statistics->cluster_fill) != 0;
     failures += SET_UINT(object, "vertices", statistics->vertices) != 0;
     failures += SET_UINT(object, "units", statistics->units) != 0;
+    failures += SET_UINT(object, "moved_units", statistics->moved_units) != 0;
+    failures += SET_UINT(object, "moved_vertices", statistics->moved_vertices) != 0;
     failures += SET_UINT(object, "instances", statistics->instances) != 0;
     failures += SET_UINT(object, "lights", statistics->lights) != 0;
     failures += SET_REAL(object, "rate", statistics->rate) != 0;

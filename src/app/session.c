@@ -30,8 +30,14 @@ static void show_progress(clast_session *session, const char *stage, uint64_t do
     }
     session->shown = now;
     double part = total != 0 ? (double)done / (double)total : 0.0;
+    if (session->frame_count != 0) {
+        part = ((double)session->frame + part) / (double)session->frame_count;
+    }
     double passed = now - session->stage_begun;
     fprintf(stderr, "\r\033[K%s %3.0f %%", session->stage, 100.0 * part);
+    if (session->frame_count != 0) {
+        fprintf(stderr, ", frame %u of %u", session->frame + 1, session->frame_count);
+    }
     if (part > 0.0 && passed > 1.0) {
         uint64_t left = (uint64_t)(passed / part - passed + 0.5);
         fprintf(stderr, ", %" PRIu64 ":%02u left", left / 60, (unsigned)(left % 60));
@@ -90,6 +96,22 @@ clast_status clast_session_change(const clast_session *session, clast_scene *sce
     return status == CLAST_OK && command->copies > 1 ? clast_scene_repeat(scene, command->copies) : status;
 }
 
+clast_status clast_session_settle(const clast_session *session, const clast_scene *scene, double time,
+                                  clast_render_settings *settings)
+{
+    const clast_command *command = session->command;
+    clast_render_settings scenes;
+    clast_scene_settings_at(scene, time, &scenes);
+    *settings = command->render;
+#define MERGE(name, ...) \
+    if (!command->given.name) { \
+        settings->name = scenes.name; \
+    }
+    CLAST_RENDER_SETTING_LIST(MERGE, MERGE, MERGE, MERGE)
+    settings->time = time;
+    return clast_render_settings_resolve(session->context, settings);
+}
+
 clast_status clast_session_load(clast_session *session, clast_scene **scene, clast_render_settings *settings)
 {
     const clast_command *command = session->command;
@@ -102,13 +124,7 @@ clast_status clast_session_load(clast_session *session, clast_scene **scene, cla
     }
     clast_render_settings scenes;
     clast_scene_settings(*scene, &scenes);
-    *settings = command->render;
-#define MERGE(name, ...) \
-    if (!command->given.name) { \
-        settings->name = scenes.name; \
-    }
-    CLAST_RENDER_SETTING_LIST(MERGE, MERGE, MERGE, MERGE)
-    return clast_render_settings_resolve(session->context, settings);
+    return clast_session_settle(session, *scene, command->given.time ? command->render.time : scenes.time, settings);
 }
 
 void clast_session_end(clast_session *session)

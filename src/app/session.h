@@ -19,6 +19,8 @@ typedef struct clast_session {
     double shown;         // when the line was last written
     uint32_t samples;     // of a render, per pixel; 0 where nothing is rendered
     double first_picture; // seconds until each pixel had a sample; 0 where not yet
+    uint32_t frame,
+        frame_count; // of an animation, for the progress: the first is 0; no frames where there is one picture
 } clast_session;
 
 // Begins the work of a verb; prints the error and gives false where the context cannot be made.
@@ -29,6 +31,9 @@ clast_status clast_session_change(const clast_session *session, clast_scene *sce
 // Reads the scene that the command line names, changed as its options say, and the settings: what the command line does not
 // say, the scene file does. The settings are resolved.
 clast_status clast_session_load(clast_session *session, clast_scene **scene, clast_render_settings *settings);
+// The settings at another time: what a scene file changes with time is as it is then.
+clast_status clast_session_settle(const clast_session *session, const clast_scene *scene, double time,
+                                  clast_render_settings *settings);
 // Takes the progress line off the terminal.
 void clast_session_clear_line(clast_session *session);
 double clast_session_seconds(const clast_session *session);

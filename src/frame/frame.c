@@ -135,7 +135,7 @@ clast_frame_bytes clast_frame_count_bytes(const clast_frame *frame)
     for (size_t i = 0; i < frame->unit_count; i++) {
         clast_frame_bytes unit = clast_unit_bytes(&frame->units[i]);
         bytes.records += unit.records;
-        bytes.vertices += unit.vertices;
+        bytes.vertices += unit.vertices + frame->units[i].posed.capacity * sizeof(float);
         bytes.clas += unit.clas;
         bytes.blas += unit.blas;
     }

@@ -83,7 +83,8 @@ static const float *read_keys(clast_gltf *gltf, const clast_gltf_value *place, u
     if (floats != NULL || !clast_gltf_ok(gltf)) {
         return floats;
     }
-    float *block = clast_allocate(gltf->context, accessor.count, rows * sizeof *block);
+    bool fits = clast_gltf_account(gltf, place, accessor.count, rows * sizeof(float));
+    float *block = fits ? clast_allocate(gltf->context, accessor.count, rows * sizeof *block) : NULL;
     if (block == NULL) {
         clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
         return NULL;

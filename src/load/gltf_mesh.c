@@ -154,7 +154,8 @@ const float *clast_gltf_read_vertices(clast_gltf *gltf, const clast_gltf_value *
     const float *whole = accessor.component == CLAST_GLTF_FLOAT ? clast_gltf_borrow(gltf, &accessor) : NULL;
     const float *floats = whole != NULL ? whole + (size_t)window.first * rows : NULL;
     if (floats == NULL && clast_gltf_ok(gltf)) {
-        float *made = clast_allocate(gltf->context, window.count, rows * sizeof *made);
+        bool fits = clast_gltf_account(gltf, place, window.count, rows * sizeof(float));
+        float *made = fits ? clast_allocate(gltf->context, window.count, rows * sizeof *made) : NULL;
         if (made == NULL) {
             clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);
             return NULL;

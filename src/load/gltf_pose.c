@@ -154,6 +154,9 @@ static bool read_influences(clast_gltf *gltf, const clast_gltf_value *primitive,
         return clast_gltf_ok(gltf);
     }
     size_t count = (size_t)window.count * made->width;
+    if (!clast_gltf_account(gltf, &attributes, count, sizeof *made->weights + sizeof *made->joints)) {
+        return false;
+    }
     made->weights = clast_allocate(gltf->context, count, sizeof *made->weights + sizeof *made->joints);
     if (made->weights == NULL) {
         return clast_gltf_check(gltf, CLAST_ERROR_OUT_OF_MEMORY);

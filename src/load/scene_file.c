@@ -611,15 +611,75 @@ static void read_text_setting(scene_reader *reader, const clast_json_place *sett
     *text = copy;
 }
 
+// A setting of a real number.
+typedef struct setting_range {
+    size_t offset;
+    bool has_default; // other than zero
+    double minimum, maximum;
+} setting_range;
+
+// {"keys": [[time, value], ...]}: a setting that changes with time.
+static void read_keys(scene_reader *reader, const clast_json_place *object, setting_range range)
+{
+    clast_json *json = &reader->json;
+    clast_motion *motion = &reader->scene->motion;
+    clast_json_place array = clast_json_member(object, "keys");
+    if (!clast_json_object(json, object, "keys") || !clast_json_require(json, &array)) {
+        return;
+    }
+    size_t count = clast_json_array(json, &array);
+    if (json->status == CLAST_OK && count == 0) {
+        clast_json_fail(json, &array, CLAST_ERROR_MALFORMED, "expected a key at least: a time and a value");
+    }
+    double *keys = json->status == CLAST_OK ? clast_allocate(json->context, count, 2 * sizeof *keys) : NULL;
+    for (size_t i = 0; i < count && keys != NULL && json->status == CLAST_OK; i++) {
+        clast_json_place key = clast_json_element(&array, i);
+        clast_json_place time = clast_json_element(&key, 0), value = clast_json_element(&key, 1);
+        if (clast_json_array(json, &key) != 2) {
+            clast_json_fail(json, &key, CLAST_ERROR_MALFORMED, "expected a time and a value");
+        }
+        clast_json_real(json, &time, -1e9, 1e9, &keys[2 * i]);
+        clast_json_real(json, &value, range.minimum, range.maximum, &keys[2 * i + 1]);
+        if (json->status == CLAST_OK && i > 0 && keys[2 * i] <= keys[2 * i - 2]) {
+            clast_json_fail(json, &key, CLAST_ERROR_MALFORMED, "expected a time after the one before");
+        }
+    }
+    if (keys == NULL || json->status != CLAST_OK) {
+        json->status = json->status == CLAST_OK ? CLAST_ERROR_OUT_OF_MEMORY : json->status;
+        clast_free(json->context, keys);
+        return;
+    }
+    clast_json_check(json, object, clast_scene_keep_block(reader->scene, keys));
+    if (json->status == CLAST_OK) {
+        clast_json_check(
+            json, object,
+            CLAST_RESERVE(json->context, motion->settings, motion->setting_capacity, motion->setting_count + 1));
+    }
+    if (json->status == CLAST_OK) {
+        motion->settings[motion->setting_count++] = (clast_setting_keys){
+            .offset = range.offset, .has_default = range.has_default, .keys = keys, .key_count = count};
+    }
+}
+
+static void read_real_setting(scene_reader *reader, const clast_json_place *settings, const char *name,
+                              setting_range range, double *value)
+{
+    clast_json_place place = clast_json_member(settings, name);
+    if (json_is_object(place.value) && range.offset != offsetof(clast_render_settings, time)) {
+        read_keys(reader, &place, range);
+    } else if (clast_json_real(&reader->json, &place, range.minimum, range.maximum, value) && *value == 0.0) {
+        *value = range.has_default ? CLAST_ZERO : 0.0;
+    }
+}
+
 #define NAME(name, ...) #name " "
 #define READ_UINT(name, initial, minimum, maximum, ...) \
     place = clast_json_member(object, #name); \
     clast_json_uint(json, &place, minimum, maximum, &settings->name);
 #define READ_REAL(name, initial, minimum, maximum, ...) \
-    place = clast_json_member(object, #name); \
-    if (clast_json_real(json, &place, minimum, maximum, &settings->name) && settings->name == 0.0) { \
-        settings->name = (initial) != 0.0 ? CLAST_ZERO : 0.0; \
-    }
+    read_real_setting(reader, object, #name, \
+                      (setting_range){offsetof(clast_render_settings, name), (initial) != 0.0, minimum, maximum}, \
+                      &settings->name);
 #define READ_CHOICE(name, list, ...) \
     { \
         static const clast_json_choice choices[] = {list(CLAST_JSON_CHOICE)}; \

@@ -234,13 +234,13 @@ static bool make_unit(double q[4])
     return true;
 }
 
-// The arc is halved until the series is good for what is left of it.
+// Between equal ends nothing moves, not by a bit. The arc is halved until the series is good for what is left of it.
 void clast_slerp(const double from[4], const double to[4], double t, double result[4])
 {
     double a[4], b[4];
     memcpy(a, from, sizeof a);
     memcpy(b, to, sizeof b);
-    if (!make_unit(a) || !make_unit(b)) {
+    if (memcmp(from, to, sizeof a) == 0 || !make_unit(a) || !make_unit(b)) {
         memcpy(result, t < 0.5 ? from : to, sizeof a);
         return;
     }

@@ -45,6 +45,14 @@ typedef struct clast_skin {
     uint32_t joint_count;
 } clast_skin;
 
+// A setting of renders, of a real number, that changes with time.
+typedef struct clast_setting_keys {
+    size_t offset;      // in clast_render_settings
+    bool has_default;   // zero is not its default: CLAST_ZERO says zero
+    const double *keys; // for each key time and value; times ascend
+    size_t key_count;   // 1 or more
+} clast_setting_keys;
+
 typedef struct clast_motion {
     clast_scene_node *nodes;
     size_t node_count, node_capacity;
@@ -57,6 +65,8 @@ typedef struct clast_motion {
     size_t animation_count, animation_capacity;
     clast_skin *skins;
     size_t skin_count, skin_capacity;
+    clast_setting_keys *settings;
+    size_t setting_count, setting_capacity;
     void **blocks; // that arrays of the above lie in, and arrays that several meshes share
     size_t block_count, block_capacity;
 } clast_motion;

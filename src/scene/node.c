@@ -27,6 +27,7 @@ void clast_motion_destroy(clast_context *context, clast_motion *motion)
     clast_free(context, motion->attachments);
     clast_free(context, motion->animations);
     clast_free(context, motion->skins);
+    clast_free(context, motion->settings);
     clast_free(context, motion->blocks);
 }
 

@@ -91,6 +91,37 @@ static clast_context *faulty_context(fault_switch *faults)
     return context;
 }
 
+// A second mesh that shares the first one's arrays, and moves by a skin and a morph target.
+static clast_status add_motion(clast_scene *scene, uint32_t geometry)
+{
+    enum { VERTICES = 24 * 24 };
+    static float moves[3 * VERTICES], weights[VERTICES];
+    static uint16_t joints[VERTICES];
+    const float weight = 0.5f, times[] = {0, 1}, values[] = {0, 0, 0, 1, 1, 1}, rises[] = {0, 1};
+    uint32_t node = 0, child = 0, skin, number, shared = 0;
+    for (size_t i = 0; i < VERTICES; i++) {
+        moves[3 * i + 1] = weights[i] = 1;
+    }
+    clast_node_desc desc = {.parent = CLAST_NONE};
+    clast_status status = clast_scene_add_node(scene, &desc, "root", &node);
+    desc.parent = node;
+    status = status != CLAST_OK ? status : clast_scene_add_node(scene, &desc, "child", &child);
+    status = status != CLAST_OK ? status : clast_scene_set_node_weights(scene, node, &weight, 1);
+    status = status != CLAST_OK ? status : clast_scene_share_mesh(scene, geometry, "moving", &shared);
+    clast_skin_desc bones = {.joint_count = 1, .joints = &child};
+    status = status != CLAST_OK ? status : clast_scene_add_skin(scene, &bones, &skin);
+    status = status != CLAST_OK ? status : clast_scene_set_mesh_skin(scene, shared, skin, 1, joints, weights);
+    const clast_morph_target target = {.positions = moves};
+    status = status != CLAST_OK ? status : clast_scene_set_mesh_morph(scene, shared, &target, 1, node);
+    const clast_channel channels[] = {
+        {child, CLAST_ANIMATED_TRANSLATION, CLAST_INTERPOLATION_LINEAR, 2, times, values},
+        {node, CLAST_ANIMATED_WEIGHTS, CLAST_INTERPOLATION_LINEAR, 2, times, rises},
+    };
+    status = status != CLAST_OK ? status : clast_scene_add_animation(scene, channels, 2, "all of it", &number);
+    status = status != CLAST_OK ? status : clast_scene_add_instance(scene, shared, NULL, "c", &number);
+    return status != CLAST_OK ? status : clast_scene_attach_instance(scene, number, node);
+}
+
 static clast_status fill_scene(clast_scene *scene)
 {
     enum { SIDE = 24 };
@@ -133,6 +164,7 @@ static clast_status fill_scene(clast_scene *scene)
     status = status != CLAST_OK ? status : clast_scene_add_instance(scene, wave, NULL, "b", &number);
     clast_light_desc light = {.type = CLAST_LIGHT_POINT, .position = {5, 9, 5}, .colour = {1, 1, 1}, .intensity = 100};
     status = status != CLAST_OK ? status : clast_scene_add_light(scene, &light, "lamp", &number);
+    status = status != CLAST_OK ? status : add_motion(scene, geometry);
     clast_environment sky = {.type = CLAST_ENVIRONMENT_SKY, .sun_direction = {1, 1, 0}};
     return status != CLAST_OK ? status : clast_scene_set_environment(scene, &sky);
 }

@@ -56,6 +56,55 @@ static void copies_stand_in_a_grid(void **state)
     ASSERT_FLOATS(f->scene->instances[3].to_world.rows[0].v, 1e-6, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, -2.1f);
 }
 
+// What moves hangs from a node that is placed; copies stand beside it whenever.
+static void what_moves_in_a_model_is_placed_with_it(void **state)
+{
+    fixture *f = *state;
+    static char moving[1024]; // put_text keeps a pointer
+    snprintf(
+        moving, sizeof moving, "%s",
+        quoted("{'asset':{'version':'2.0'},'nodes':[{'mesh':0,'translation':[1,0,0]}],"
+               "'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}],'accessors':["
+               "{'componentType':5126,'count':3,'type':'VEC3'},{'componentType':5126,'count':1,'type':'SCALAR'},"
+               "{'componentType':5126,'count':1,'type':'VEC3'}],'animations':[{'samplers':[{'input':1,'output':2}],"
+               "'channels':[{'sampler':0,'target':{'node':0,'path':'translation'}}]}]}"));
+    put_text(f, "s/moving.gltf", moving);
+    assert_scene(f, "{'clast': 1, 'models': [{'path': 'm.obj', 'translation': [9, 9, 9]},"
+                    "{'path': 'moving.gltf', 'translation': [5, 6, 7], 'scale': 2, 'copies': 2}]}");
+    const clast_motion *motion = &f->scene->motion;
+    assert_int_equal(f->scene->instance_count, 3);
+    assert_int_equal(motion->node_count, 2); // the model that does not move needs none
+    assert_int_equal(motion->attachment_count, 2);
+    ASSERT_FLOATS(f->scene->instances[0].to_world.rows[0].v, 0, 1, 0, 0, 9);
+    ASSERT_FLOATS(f->scene->instances[1].to_world.rows[0].v, 0, 2, 0, 0, 7, 0, 2, 0, 6, 0, 0, 2, 7);
+    clast_posed_node nodes[2];
+    clast_scene_pose(f->scene, (clast_moment){CLAST_ANIMATION_FIRST, 0.0}, nodes, NULL);
+    assert_true(nodes[1].to_world.rows[0][3] == 5.0 && nodes[1].to_world.rows[1][1] == 2.0);
+}
+
+static void settings_may_change_with_time(void **state)
+{
+    fixture *f = *state;
+    assert_scene(
+        f, "{'clast': 1, 'settings': {'exposure': {'keys': [[0, 1], [2, 3], [4, 0]]}, 'rate': {'keys': [[0, 0]]}}}");
+    const clast_motion *motion = &f->scene->motion;
+    assert_int_equal(motion->setting_count, 2);
+    assert_int_equal(motion->settings[1].offset, offsetof(clast_render_settings, exposure));
+    assert_int_equal(motion->settings[1].key_count, 3);
+    assert_true(motion->settings[1].keys[3] == 3.0);
+    assert_true(motion->settings[0].has_default && !motion->settings[1].has_default);
+#define REFUSED(setting, words) \
+    assert_scene_refused(f, "{'clast': 1, 'settings': {" setting "}}", CLAST_ERROR_MALFORMED, words)
+    REFUSED("'exposure': {'keys': []}", "settings.exposure.keys: expected a key at least");
+    REFUSED("'exposure': {}", "settings.exposure.keys: expected a value");
+    REFUSED("'exposure': {'keys': [[1, 0], [1, 1]]}", "keys[1]: expected a time after");
+    REFUSED("'exposure': {'keys': [[1]]}", "keys[0]: expected a time and a value");
+    REFUSED("'exposure': {'keys': [[1, 100]]}", "keys[0][1]: 100: expected -64 to 64");
+    REFUSED("'exposure': {'keys': [[1, 0]], 'loop': true}", "settings.exposure.loop: unknown key");
+    REFUSED("'time': {'keys': [[1, 0]]}", "settings.time: expected a number");
+    REFUSED("'spp': {'keys': [[1, 1]]}", "settings.spp: expected a whole number");
+}
+
 static void a_sky_is_read(void **state)
 {
     fixture *f = *state;
@@ -284,6 +333,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         LOADER_TEST(models_are_placed),
         LOADER_TEST(copies_stand_in_a_grid),
+        LOADER_TEST(what_moves_in_a_model_is_placed_with_it),
+        LOADER_TEST(settings_may_change_with_time),
         LOADER_TEST(a_sky_is_read),
         LOADER_TEST(an_environment_image_is_read),
         LOADER_TEST(a_constant_environment_is_read),
