@@ -68,6 +68,12 @@ enum {
          "writes the instance of that number alone; without it, all that are visible") \
     FLAG(CLAST_IN_EXPORT, weld, "weld", \
          "gives each position one vertex: normals are averaged, texture coordinates and colours left out") \
+    RANGE( \
+        CLAST_IN_RENDER, frames, "frames", "A:B", \
+        "renders frames A to B of the animation, each into a file of its own: OUTPUT with the frame's number before " \
+        "the extension, or in place of %04d") \
+    REAL(CLAST_IN_RENDER, fps, "fps", 24.0, 0.001, 100000.0, "N", \
+         "frames a second: frame F of --frames shows the moment F / N") \
     CHOICE(CLAST_IN_RENDER, device, "device", CLAST_DEVICE_LIST, CLAST_DEVICE_AUTOMATIC, \
            "where work is done; auto takes the best there is, which is the CPU") \
     REAL(CLAST_IN_GENERATE, detail, "detail", 1.0, 0.02, 25.0, "FACTOR", \
