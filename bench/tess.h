@@ -7,7 +7,7 @@
 
 enum { TESS_MAP_BITS = 11, TESS_MAP_SIDE = 1 << TESS_MAP_BITS };
 
-// A sheet of base triangles, hilly, with vertices out of line; z is up. Texture coordinates follow the place in the plane.
+// A sheet of base triangles of about the same sides, hilly, with vertices a little out of line; z is up. Texture coordinates follow the place in the plane.
 typedef struct tess_ground {
     mesh base;
     float *coordinates;
