@@ -257,7 +257,7 @@ typedef struct clast_scene_counts {
     uint64_t image_bytes;
 } clast_scene_counts;
 CLAST_API void clast_scene_count(const clast_scene *scene, clast_scene_counts *counts);
-/** The box of all visible instances; lower > upper where there are none. */
+/** The box of all visible instances, displaced as textures from 0 to 1 displace them; lower > upper where there are none. */
 CLAST_API void clast_scene_bounds(const clast_scene *scene, float lower[3], float upper[3]);
 
 #ifdef __cplusplus

@@ -70,7 +70,7 @@ static vec3 balance_colour(float x)
 {
     float t = clamp1(x, -1.0f, 1.0f);
     vec3 end = t < 0.0f ? vec3(0.10f, 0.30f, 0.80f) : vec3(0.85f, 0.13f, 0.08f);
-    return mix3(splat3(0.84f), end, sqrtf(abs1(t)));
+    return mix3(splat3(0.84f), end, abs1(t));
 }
 
 static vec3 pixel_colour(const display_job *job, size_t i)
@@ -94,7 +94,7 @@ static vec3 pixel_colour(const display_job *job, size_t i)
     case CLAST_VIEW_PRIMITIVE: return number_colour(numbers[i]);
     case CLAST_VIEW_SEGMENTS: return segments_colour(reals[i]);
     case CLAST_VIEW_RATE: return reals[i] > 0.0f ? balance_colour(log2f(reals[i]) / 3.0f) : splat3(0.0f);
-    case CLAST_VIEW_AREA: return reals[i] > 0.0f ? balance_colour(log2f(reals[i] / job->area) / 6.0f) : splat3(0.0f);
+    case CLAST_VIEW_AREA: return reals[i] > 0.0f ? balance_colour(log2f(reals[i] / job->area) / 3.0f) : splat3(0.0f);
     case CLAST_VIEW_STEPS: return numbers[i] == CLAST_NONE ? splat3(0.0f) : heat_colour((float)numbers[i] / job->high);
     case CLAST_VIEW_COUNT_: break;
     }

@@ -24,6 +24,27 @@ bool clast_mesh_is_displaced(const clast_scene *scene, const clast_mesh *mesh)
     return false;
 }
 
+static vec2 add_heights(vec2 range, const clast_material *material)
+{
+    float a = material->displacement_offset, b = a + material->displacement_scale;
+    return vec2(min1(range[0], min1(a, b)), max1(range[1], max1(a, b)));
+}
+
+vec2 clast_mesh_heights(const clast_scene *scene, const clast_mesh *mesh)
+{
+    vec2 range = vec2(0.0f, 0.0f);
+    size_t looked_at = mesh->triangle_materials != NULL ? mesh->triangle_count : 1;
+    uint32_t last = CLAST_NONE;
+    for (size_t i = 0; i < looked_at; i++) {
+        uint32_t material = mesh->triangle_materials != NULL ? mesh->triangle_materials[i] : mesh->material;
+        if (material != last && displaces(scene, material)) {
+            range = add_heights(range, &scene->materials[material].record);
+        }
+        last = material;
+    }
+    return range;
+}
+
 clast_status clast_scene_tessellate_displaced(clast_scene *scene, size_t first)
 {
     clast_status status = CLAST_OK;

@@ -134,9 +134,21 @@ static clast_box geometry_box(const clast_scene *scene, const clast_geometry *ge
     if (clast_deforms(&geometry->deformation)) {
         return clast_deformed_box(scene, geometry);
     }
-    const float *p = geometry->of.mesh.positions;
-    for (size_t i = 0; i < geometry->of.mesh.vertex_count; i++) {
-        extend_box(&box, vec3(p[3 * i], p[3 * i + 1], p[3 * i + 2]));
+    const clast_mesh *mesh = &geometry->of.mesh;
+    vec2 heights = geometry->tessellated ? clast_mesh_heights(scene, mesh) : vec2(0.0f, 0.0f);
+    bool is_displaced = heights[0] < heights[1];
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+        vec3 position = vec3(mesh->positions[3 * i], mesh->positions[3 * i + 1], mesh->positions[3 * i + 2]);
+        extend_box(&box, position);
+        if (is_displaced && mesh->normals != NULL) {
+            vec3 normal = vec3(mesh->normals[3 * i], mesh->normals[3 * i + 1], mesh->normals[3 * i + 2]);
+            extend_box(&box, position + normal * heights[0]);
+            extend_box(&box, position + normal * heights[1]);
+        }
+    }
+    if (is_displaced && mesh->normals == NULL && mesh->vertex_count != 0) {
+        vec3 reach = splat3(max1(-heights[0], heights[1]));
+        box = (clast_box){store3(load3(box.lower) - reach), store3(load3(box.upper) + reach)};
     }
     return box;
 }

@@ -122,6 +122,9 @@ float *clast_mesh_normals(clast_context *context, const clast_mesh *mesh);
 
 // Whether a material of a mesh displaces it.
 bool clast_mesh_is_displaced(const clast_scene *scene, const clast_mesh *mesh);
+// The least and the greatest height, along the normals, that materials of a mesh displace it by: where texels are 0 to 1. Zero is
+// among them.
+vec2 clast_mesh_heights(const clast_scene *scene, const clast_mesh *mesh);
 // Has the meshes from geometry `first` on tessellated that a material displaces.
 clast_status clast_scene_tessellate_displaced(clast_scene *scene, size_t first);
 // Makes one mesh, geometry `first`, of all geometries from there on: meshes that nothing shows yet. A tessellated surface is

@@ -64,6 +64,10 @@ static void gltf_materials_displace(void **state)
     ASSERT_FLOATS(&material->displacement_scale, 0, 0.25f, -0.125f);
     assert_true(f->scene->geometries[0].tessellated);
     assert_false(f->scene->geometries[0].tessellation.curved);
+    float lower[3], upper[3]; // without normals, any way
+    clast_scene_bounds(f->scene, lower, upper);
+    ASSERT_FLOATS(lower, 1e-6, -0.125f, -0.125f, -0.125f);
+    ASSERT_FLOATS(upper, 1e-6, 1.125f, 1.125f, 0.125f);
 }
 
 static void gltf_displacement_has_defaults(void **state)
@@ -111,6 +115,10 @@ static void primitives_of_a_displaced_mesh_are_joined(void **state)
     ASSERT_FLOATS(mesh->normals, 0, 0, 0, 1);          // of its triangle
     ASSERT_FLOATS(mesh->normals + 12 + 3, 0, 1, 0, 0); // as given
     ASSERT_FLOATS(mesh->colours, 0, 1, 1, 1, 1);
+    float lower[3], upper[3];
+    clast_scene_bounds(f->scene, lower, upper);
+    assert_float_equal(upper[2], 1.0f, 1e-6); // along the normal of the first triangle
+    assert_float_equal(lower[2], 0.0f, 1e-6);
     assert_true(f->scene->geometries[0].tessellated);
 }
 
