@@ -92,10 +92,12 @@ typedef struct clast_render_statistics {
     uint64_t clusters;
     uint64_t vertices;
     uint32_t units, instances, lights;
-    uint32_t moved_units;    /**< whose vertices this frame made anew though their triangles stayed */
-    uint64_t moved_vertices; /**< of meshes that skins and morph targets posed anew for this frame */
-    double rate;       /**< of 1: what the budgets left */
-    clast_bound bound; /**< the budget that did not allow more */
+    uint32_t hidden_instances;   /**< that no camera ray meets, as far as boxes tell */
+    uint32_t occluded_instances; /**< of these, what lies behind others: looked for where geometry adapts */
+    uint32_t moved_units;        /**< whose vertices this frame made anew though their triangles stayed */
+    uint64_t moved_vertices;     /**< of meshes that skins and morph targets posed anew for this frame */
+    double rate;                 /**< of 1: what the budgets left */
+    clast_bound bound;           /**< the budget that did not allow more */
     uint64_t wanted_clusters, wanted_triangles;
     uint64_t wanted_bytes; /**< as `frame_bytes`, at the wanted rate */
     uint64_t frame_bytes;  /**< at most, while the frame is made: its records, vertices, clusters and trees */

@@ -59,6 +59,10 @@ void clast_collect_statistics(const clast_renderer *renderer, clast_render_stati
     statistics->clusters = frame->clusters;
     statistics->vertices = frame->vertices;
     statistics->instances = (uint32_t)frame->instance_count;
+    for (size_t i = 0; i < frame->instance_count; i++) {
+        statistics->hidden_instances += frame->instances[i].hidden;
+        statistics->occluded_instances += frame->instances[i].occluded;
+    }
     statistics->moved_vertices = frame->moved_vertices;
     statistics->lights = (uint32_t)renderer->scene->light_count;
     statistics->rate = (double)frame->fitted_rate;

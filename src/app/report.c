@@ -118,6 +118,8 @@ int clast_report_add_counts(json_t *object, const clast_render_statistics *stati
     failures += SET_UINT(object, "moved_units", statistics->moved_units) != 0;
     failures += SET_UINT(object, "moved_vertices", statistics->moved_vertices) != 0;
     failures += SET_UINT(object, "instances", statistics->instances) != 0;
+    failures += SET_UINT(object, "hidden_instances", statistics->hidden_instances) != 0;
+    failures += SET_UINT(object, "occluded_instances", statistics->occluded_instances) != 0;
     failures += SET_UINT(object, "lights", statistics->lights) != 0;
     failures += SET_REAL(object, "rate", statistics->rate) != 0;
     failures += json_object_set_new(object, "bound", json_string(bound_text(statistics->bound))) != 0;
