@@ -330,7 +330,8 @@ clast_exit clast_run_info(const clast_command *command)
         code = tell_image(&work.session, &image);
         clast_image_free(context, &image);
     } else if (status == CLAST_ERROR_UNSUPPORTED) {
-        status = clast_scene_load(context, command->positionals[0], &work.scene);
+        clast_scene_choice choice = {command->chosen_scene, command->variant};
+        status = clast_scene_load_chosen(context, command->positionals[0], &choice, &work.scene);
         code = status == CLAST_OK ? tell_scene(&work) : clast_session_fail(&work.session, status);
     } else {
         code = clast_session_fail(&work.session, status);

@@ -60,6 +60,11 @@ enum {
 #define CLAST_COMMAND_OPTION_LIST(UINT, REAL, CHOICE, SIZE, FLAG, TEXT, OPTIONAL, RANGE) \
     CHOICE(CLAST_IN_RENDER, view, "view", CLAST_VIEW_LIST, CLAST_VIEW_COLOUR, \
            "what the picture shows; an .exr output holds all views as layers unless this is given") \
+    TEXT(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, chosen_scene, "scene", "SCENE", \
+         "name or number of one of the scenes of a glTF file; without it, the file's default") \
+    TEXT( \
+        CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, variant, "variant", "VARIANT", \
+        "name or number of a variant of a glTF file's materials (KHR_materials_variants); without it, those without variants") \
     UINT(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, copies, "copies", 1, 1, 16777216, "N", \
          "repeats the scene in a square grid of N copies") \
     FLAG(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, curved, "curved", \

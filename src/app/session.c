@@ -115,7 +115,8 @@ clast_status clast_session_settle(const clast_session *session, const clast_scen
 clast_status clast_session_load(clast_session *session, clast_scene **scene, clast_render_settings *settings)
 {
     const clast_command *command = session->command;
-    clast_status status = clast_scene_load(session->context, command->positionals[0], scene);
+    clast_scene_choice choice = {command->chosen_scene, command->variant};
+    clast_status status = clast_scene_load_chosen(session->context, command->positionals[0], &choice, scene);
     if (status == CLAST_OK) {
         status = clast_session_change(session, *scene);
     }
