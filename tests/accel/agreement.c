@@ -6,7 +6,7 @@
 // N rays for each workload: grids, real models (of the folder CLAST_ASSETS), and instances; from a camera, from surfaces into
 // all directions, and from anywhere. Half of them go in batches. Rays may differ where two triangles are at the same distance,
 // or an edge is passed within what floats can tell: those are ties (embree_agreement.h). Ends with a line
-// `wrong: W of N rays` and exits 1 where W > 0.
+// `... wrong: W of N rays` and exits 1 where W > 0.
 #include <errno.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -37,7 +37,7 @@ typedef struct run {
     RTCDevice device;
     const workload *work;
     uint64_t rays, seed;
-    atomic_uint_fast64_t hits, ties, wrong;
+    atomic_uint_fast64_t hits, ties, wrong, theirs;
 } run;
 
 // ------------------------------------------------------------------------------------------------------------ workloads
@@ -280,6 +280,7 @@ static void compare_range(void *data, size_t begin, size_t end, uint32_t worker)
         atomic_fetch_add(&r->hits, a.hits);
         atomic_fetch_add(&r->ties, a.ties);
         atomic_fetch_add(&r->wrong, a.wrong);
+        atomic_fetch_add(&r->theirs, a.theirs);
     }
 }
 
@@ -366,8 +367,8 @@ int main(int count, char **arguments)
     r.device = rtcNewDevice(NULL);
     uint32_t workloads = compare_all(&r, (uint32_t)triangles);
     uint64_t wrong = atomic_load(&r.wrong), rays = r.rays * workloads;
-    printf("ties: %llu; wrong: %llu of %llu rays\n", (unsigned long long)atomic_load(&r.ties),
-           (unsigned long long)wrong, (unsigned long long)rays);
+    printf("ties: %llu; Embree alone wrong: %llu; wrong: %llu of %llu rays\n", (unsigned long long)atomic_load(&r.ties),
+           (unsigned long long)atomic_load(&r.theirs), (unsigned long long)wrong, (unsigned long long)rays);
     rtcReleaseDevice(r.device);
     clast_context_destroy(r.context);
     return workloads == 0 ? 2 : wrong > 0;
