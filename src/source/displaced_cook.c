@@ -605,8 +605,7 @@ static clast_status cut_clusters(displaced_cook *cook)
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     size_t unique = 0;
-    clast_status status = clast_weld_positions(cook->context, mesh->positions, mesh->vertex_count, cook->remap,
-                                               &unique);
+    clast_status status = clast_mesh_weld_positions(cook->context, cook->unit->base.geometry, cook->remap, &unique);
     if (status == CLAST_OK) {
         status = clast_mesh_weld(cook->context, mesh, cook->remap, unique, &cook->welded);
     }

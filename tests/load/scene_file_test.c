@@ -56,19 +56,28 @@ static void copies_stand_in_a_grid(void **state)
     ASSERT_FLOATS(f->scene->instances[3].to_world.rows[0].v, 1e-6, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, -2.1f);
 }
 
+// A model of which node 0 is animated; accessors without bytes are zeros.
+static void put_moving(fixture *f, const char *nodes, const char *more)
+{
+    static char moving[2048]; // put_text keeps a pointer
+    snprintf(moving, sizeof moving,
+             "{'asset':{'version':'2.0'},'nodes':[%s],'meshes':[{'primitives':[{'attributes':{'POSITION':0,"
+             "'JOINTS_0':3,'WEIGHTS_0':4},'targets':[{'POSITION':0}]}]}],'accessors':["
+             "{'componentType':5126,'count':3,'type':'VEC3'},{'componentType':5126,'count':1,'type':'SCALAR'},"
+             "{'componentType':5126,'count':1,'type':'VEC3'},{'componentType':5121,'count':3,'type':'VEC4'},"
+             "{'componentType':5126,'count':3,'type':'VEC4'}],'animations':[{'name':'a','samplers':["
+             "{'input':1,'output':2},{'input':1,'output':1}],"
+             "'channels':[{'sampler':0,'target':{'node':0,'path':'translation'}}%s]}]%s}",
+             nodes, more, more[0] != '\0' ? ",'skins':[{'joints':[0]}]" : "");
+    memcpy(moving, quoted(moving), strlen(moving));
+    put_text(f, "s/moving.gltf", moving);
+}
+
 // What moves hangs from a node that is placed; copies stand beside it whenever.
 static void what_moves_in_a_model_is_placed_with_it(void **state)
 {
     fixture *f = *state;
-    static char moving[1024]; // put_text keeps a pointer
-    snprintf(
-        moving, sizeof moving, "%s",
-        quoted("{'asset':{'version':'2.0'},'nodes':[{'mesh':0,'translation':[1,0,0]}],"
-               "'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}],'accessors':["
-               "{'componentType':5126,'count':3,'type':'VEC3'},{'componentType':5126,'count':1,'type':'SCALAR'},"
-               "{'componentType':5126,'count':1,'type':'VEC3'}],'animations':[{'samplers':[{'input':1,'output':2}],"
-               "'channels':[{'sampler':0,'target':{'node':0,'path':'translation'}}]}]}"));
-    put_text(f, "s/moving.gltf", moving);
+    put_moving(f, "{'mesh':0,'translation':[1,0,0]}", "");
     assert_scene(f, "{'clast': 1, 'models': [{'path': 'm.obj', 'translation': [9, 9, 9]},"
                     "{'path': 'moving.gltf', 'translation': [5, 6, 7], 'scale': 2, 'copies': 2}]}");
     const clast_motion *motion = &f->scene->motion;
@@ -328,6 +337,20 @@ static void memory_that_runs_out_is_an_error(void **state)
     load_without_memory(f, "s/a.json");
 }
 
+static void memory_that_runs_out_for_what_moves_is_an_error(void **state)
+{
+    fixture *f = *state;
+    put_moving(f, "{'name':'joint','children':[1,2]},{'mesh':0,'skin':0},{'mesh':0,'skin':0}",
+               ",{'sampler':1,'target':{'node':1,'path':'weights'}}");
+    assert_scene(f, "{'clast': 1, 'models': [{'path': 'moving.gltf', 'copies': 2}],"
+                    "'settings': {'exposure': {'keys': [[0, 1], [1, 2]]}}}");
+    assert_int_equal(f->scene->motion.skin_count, 1);
+    assert_int_equal(f->scene->geometries[0].deformation.target_count, 1);
+    assert_int_equal(f->scene->geometries[1].deformation.target_count, 0);
+    assert_ptr_equal(f->scene->geometries[0].deformation.joints, f->scene->geometries[1].deformation.joints);
+    load_without_memory(f, "s/a.json");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -349,6 +372,7 @@ int main(void)
         LOADER_TEST(what_is_wrong_with_a_model_is_said),
         LOADER_TEST(broken_files_do_no_harm),
         LOADER_TEST(memory_that_runs_out_is_an_error),
+        LOADER_TEST(memory_that_runs_out_for_what_moves_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
