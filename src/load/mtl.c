@@ -5,7 +5,8 @@
 // a map of heights under map_Bump or bump where -mm is given (without, it is left out with a warning: nobody knows how
 // high it is). Without Pr the roughness follows from Ns, by the width
 // of Blinn and Phong's lobe; without Ks as well there is no gloss to describe and it is 1. Without Pm, a black Kd under
-// a coloured Ks is a metal's. All else (Ka, Ni, illum, map_Ka, map_Ks, map_Ns, refl ...) has no counterpart and is
+// a coloured Ks is a metal's. Ni above 1 is the index of refraction; Ps sheen, Pc and Pcr a clear coat and its roughness, aniso and
+// anisor anisotropy and its turn. All else (Ka, illum, map_Ka, map_Ks, map_Ns, refl ...) has no counterpart and is
 // passed over.
 #include "load/mtl.h"
 
@@ -17,7 +18,7 @@ typedef enum mtl_slot { MAP_KD, MAP_KE, MAP_D, MAP_PR, MAP_PM, MAP_BUMP, MAP_NOR
 typedef struct mtl_material {
     char *name; // null: none begun
     float diffuse[3], specular[3], emission[3];
-    float exponent, opacity, roughness, metalness;
+    float exponent, opacity, roughness, metalness, ior, sheen, clearcoat, clearcoat_roughness, anisotropy, rotation;
     clast_mtl_map maps[MAP_COUNT];
 } mtl_material;
 
@@ -63,6 +64,12 @@ static void begin_material(mtl_reader *reader)
         .opacity = NAN,
         .roughness = NAN,
         .metalness = NAN,
+        .ior = NAN,
+        .sheen = NAN,
+        .clearcoat = NAN,
+        .clearcoat_roughness = NAN,
+        .anisotropy = NAN,
+        .rotation = NAN,
     };
 }
 
@@ -101,6 +108,26 @@ static float roughness_of(const mtl_reader *reader)
     return sqrtf(sqrtf(2.0f / (exponent + 2.0f))); // GGX: alpha is the square of the roughness
 }
 
+// What is not given stays as it is. An index of 1 is what programs write that know none: it would take all gloss away.
+static void set_layers(const mtl_reader *reader, clast_material_desc *desc)
+{
+    static const float fuzz_roughness = 0.5f, turn = 6.28318531f;
+    const mtl_material *material = &reader->material;
+    desc->ior = material->ior > 1.0f ? material->ior : desc->ior;
+    if (!isnan(material->sheen)) {
+        float sheen = unit(reader, material->sheen, "Ps");
+        desc->sheen_colour[0] = desc->sheen_colour[1] = desc->sheen_colour[2] = sheen;
+        desc->sheen_roughness = fuzz_roughness;
+    }
+    desc->clearcoat = !isnan(material->clearcoat) ? unit(reader, material->clearcoat, "Pc") : desc->clearcoat;
+    desc->clearcoat_roughness = !isnan(material->clearcoat_roughness)
+                                    ? unit(reader, material->clearcoat_roughness, "Pcr")
+                                    : desc->clearcoat_roughness;
+    desc->anisotropy = !isnan(material->anisotropy) ? unit(reader, material->anisotropy, "aniso") : desc->anisotropy;
+    desc->anisotropy_rotation = !isnan(material->rotation) ? fmodf(material->rotation, 1.0f) * turn
+                                                           : desc->anisotropy_rotation;
+}
+
 static void set_surface(const mtl_reader *reader, clast_material_desc *desc)
 {
     const mtl_material *material = &reader->material;
@@ -128,6 +155,7 @@ static void set_surface(const mtl_reader *reader, clast_material_desc *desc)
     desc->alpha_mode = desc->base_colour[3] < 1.0f || material->maps[MAP_D].path != NULL ? CLAST_ALPHA_BLEND
                                                                                          : CLAST_ALPHA_OPAQUE;
     desc->double_sided = true; // OBJ surfaces have no back
+    set_layers(reader, desc);
 }
 
 static clast_status set_textures(const mtl_reader *reader, clast_material_desc *desc)
@@ -364,14 +392,24 @@ static clast_status read_line(mtl_reader *reader)
     if (clast_word_is(keyword, "Ke")) {
         return read_colour(reader, material->emission);
     }
-    if (clast_word_is(keyword, "Ns")) {
-        return read_scalar(reader, &material->exponent);
-    }
-    if (clast_word_is(keyword, "Pr")) {
-        return read_scalar(reader, &material->roughness);
-    }
-    if (clast_word_is(keyword, "Pm")) {
-        return read_scalar(reader, &material->metalness);
+    const struct {
+        const char *keyword;
+        float *value;
+    } scalars[] = {
+        {"Ns", &material->exponent},
+        {"Pr", &material->roughness},
+        {"Pm", &material->metalness},
+        {"Ni", &material->ior},
+        {"Ps", &material->sheen},
+        {"Pc", &material->clearcoat},
+        {"Pcr", &material->clearcoat_roughness},
+        {"aniso", &material->anisotropy},
+        {"anisor", &material->rotation},
+    };
+    for (size_t i = 0; i < sizeof scalars / sizeof scalars[0]; i++) {
+        if (clast_word_is(keyword, scalars[i].keyword)) {
+            return read_scalar(reader, scalars[i].value);
+        }
     }
     if (clast_word_is(keyword, "d")) {
         clast_text before = reader->text;

@@ -28,6 +28,23 @@ static void colours_and_numbers_are_read(void **state)
     assert_int_equal(load_material(f, "newmtl m\nKd 1 1 1\nd 1\nTr 1\n")->alpha_mode, CLAST_ALPHA_OPAQUE);
 }
 
+static void layers_are_read(void **state)
+{
+    fixture *f = *state;
+    const clast_material *m = load_material(
+        f, "newmtl m\nKd 1 1 1\nNi 1.7\nPs 0.5\nPc 0.75\nPcr 0.25\naniso 0.5\nanisor 0.25\n");
+    ASSERT_FLOATS(&m->ior, 1e-6, 1.7f);
+    ASSERT_FLOATS(m->sheen_colour.v, 1e-6, 0.5f, 0.5f, 0.5f);
+    ASSERT_FLOATS(&m->clearcoat, 1e-6, 0.75f);
+    ASSERT_FLOATS(&m->clearcoat_roughness, 1e-6, 0.25f);
+    ASSERT_FLOATS(&m->anisotropy, 1e-6, 0.5f);
+    ASSERT_FLOATS(m->anisotropy_direction.v, 1e-6, 0, 1);
+    m = load_material(f, "newmtl m\nKd 1 1 1\nNi 1\nPc 3\n"); // an index that takes all gloss away, a coat out of range
+    ASSERT_FLOATS(&m->ior, 1e-6, 1.5f);
+    ASSERT_FLOATS(&m->clearcoat, 1e-6, 1);
+    assert_non_null(strstr(f->log, "Pc"));
+}
+
 static void roughness_follows_the_exponent(void **state)
 {
     fixture *f = *state;
@@ -229,6 +246,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         LOADER_TEST(colours_and_numbers_are_read),
+        LOADER_TEST(layers_are_read),
         LOADER_TEST(roughness_follows_the_exponent),
         LOADER_TEST(a_black_surface_with_a_coloured_gloss_is_metal),
         LOADER_TEST(values_out_of_range_are_clamped_with_a_warning),
