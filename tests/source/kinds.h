@@ -45,10 +45,19 @@ typedef struct kind_world {
     const clast_source *source;
 } kind_world;
 
+static inline clast_cook_job kind_job(const kind_world *world, uint32_t geometry)
+{
+    return (clast_cook_job){.context = world->context,
+                            .scene = world->scene,
+                            .geometry = &world->scene->geometries[geometry],
+                            .templates = world->templates,
+                            .heights = world->heights,
+                            .patterns = &clast_patterns};
+}
+
 static inline void kind_cook(kind_world *world, uint32_t geometry)
 {
-    clast_cook_job job = {world->context, world->scene, &world->scene->geometries[geometry], world->templates,
-                          world->heights};
+    clast_cook_job job = kind_job(world, geometry);
     assert_ok(world->context, world->source->cook(&job, &world->unit));
 }
 
