@@ -126,11 +126,12 @@ FN clast_rate_view rate_view(clast_source_view view, uint closed)
     bool hidden = view.hidden != 0u;
     bool pixels = view.metric == CLAST_METRIC_PIXELS;
     bool fixed_count = view.metric == CLAST_METRIC_FIXED;
+    bool around = view.projection == CLAST_PROJECTION_PANORAMA;
     rates.to_camera = view.to_camera;
     rates.eye = view.eye;
     rates.metric = pixels && (several || hidden) ? CLAST_METRIC_SPHERE : view.metric;
     rates.parallel = view.projection == CLAST_PROJECTION_ORTHOGRAPHIC ? 1u : 0u;
-    rates.looks = several || hidden || fixed_count ? 0u : 1u;
+    rates.looks = several || hidden || fixed_count || around ? 0u : 1u;
     rates.faces = rates.looks & closed;
     rates.extent = store2(extent);
     rates.narrowing = store2(vec2(0.5f * stable_reciprocal(extent[0]), 0.5f * stable_reciprocal(extent[1])));
@@ -273,6 +274,9 @@ FN float edge_wanted(clast_rate_view view, clast_rate_point a, clast_rate_point 
     }
     return wanted;
 }
+
+// CLAST_METRIC_FIXED, of a part of an edge whose ends' weights are so far apart.
+FN float edge_wanted_fixed(clast_rate_view view, uint apart) { return view.density * (to_float(apart) * power_of_two(112u)); }
 
 // Rounded to at least 1, and to no more than fit between the weights of the edge's ends, `apart` of each other.
 FN uint edge_factor(float wanted, uint apart)

@@ -17,7 +17,8 @@
 enum {
     DISPLACED_EDGES = 3 * CLUSTER_TRIANGLES, // most edges of a cluster
     DISPLACED_NO_SEAM = 0xffff,
-    DISPLACED_NO_MAP = 0, // the first map moves nothing
+    DISPLACED_NO_MAP = 0,     // the first map moves nothing
+    DISPLACED_FACTORS = 4096, // numbers of pattern_factors()
 };
 
 // A displacement texture as a material uses it.
@@ -86,8 +87,10 @@ typedef struct displaced_unit {
     clast_height_store *heights;
     const clast_pattern_table *patterns;
     uint32_t first_pattern; // template of the first pattern
+    uint16_t *pattern_uses; // pattern_use() by factors: the number, and above its 9 bits the rotation
     bool curved;
-    bool closed;    // each edge has one triangle to each side
+    bool closed;    // each edge has as many triangles to either side
+    bool opaque;    // nothing is seen through it
     bool displaced; // some map moves something
     displaced_cluster *clusters;
     displaced_triangle *triangles;
@@ -158,6 +161,16 @@ vec2 clast_displaced_coordinates(const displaced_map *map, const clast_mesh *mes
 // The height where pose.displacement_scale is 1.
 float clast_displaced_height(const displaced_map *map, vec2 coordinates, float level);
 
+// What displaces by a map in a pose; points are still to be set.
+static inline clast_displace_job displaced_job_of(const displaced_map *map, const clast_pose *pose)
+{
+    return (clast_displace_job){
+        .height = map->height,
+        .scale = map->scale * pose->displacement_scale,
+        .offset = map->height != NULL ? map->offset * pose->displacement_scale : 0.0f,
+    };
+}
+
 // --------------------------------------------------------------------------------------------------------- vertices
 
 // Position and normal of a vertex in a pose.
@@ -211,17 +224,26 @@ void clast_displaced_rates(const displaced_unit *unit, const clast_pose *pose, c
 float clast_displaced_wanted(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
                              const displaced_cluster *cluster, uint32_t edge);
 
+// ----------------------------------------------------------------------------------------------------------- splits
+
 // A corner of a part of a triangle.
 typedef struct displaced_leaf_corner {
     clast_weights at;
     uint32_t level; // in HEIGHT_LEVEL_STEPS
 } displaced_leaf_corner;
 
-// The level at a point, and the segments of the edge between two points that splitting made.
-uint32_t clast_displaced_level(const displaced_unit *unit, const clast_rate_view *view, const displaced_face *face,
-                               clast_weights at);
-uint32_t clast_displaced_factor(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
-                                const displaced_face *face, clast_weights a, clast_weights b);
+typedef struct displaced_part {
+    displaced_leaf_corner corners[3];
+    uint32_t factors[3];
+} displaced_part;
+
+// Takes the parts of a triangle, of at most PATTERN_SEGMENTS an edge, one after the other; false for no more of them.
+typedef bool (*displaced_part_function)(void *user, const displaced_part *part);
+
+// Splits a triangle of a cluster whose edges need more. Depth first, children in the order of their pattern.
+void clast_displaced_split(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                           const displaced_cluster *cluster, uint32_t triangle, const displaced_part *whole,
+                           displaced_part_function function, void *user);
 
 // ----------------------------------------------------------------------------------------------------------- leaves
 
@@ -255,11 +277,11 @@ typedef struct displaced_pattern {
 
 static inline displaced_pattern displaced_pattern_of(const displaced_unit *unit, uint32_t factors)
 {
-    clast_pattern_use use = pattern_use(factors);
-    return (displaced_pattern){&unit->patterns->patterns[use.number], use.number, use.rotation};
+    uint32_t use = unit->pattern_uses[factors];
+    return (displaced_pattern){&unit->patterns->patterns[use & 511], use & 511, use >> 9};
 }
 
-// Reads the leaves of a record, and says where each of its vertices and triangles is.
+// Reads the leaves of a record.
 typedef struct displaced_reader {
     const displaced_unit *unit;
     const displaced_cluster *cluster;
@@ -267,33 +289,33 @@ typedef struct displaced_reader {
     const uint32_t *splits; // of the next one that is split
     const uint32_t *levels; // of the cluster's vertices, two in a word; null where it is not displaced
     uint32_t leaf_count, next;
-    bool whole; // a single leaf: its vertices lie in the pattern's order
-    uint32_t vertex_count;
-    uint64_t known_vertices[2], known_edges[6];
-    uint8_t first_of_vertex[CLUSTER_VERTICES];
-    uint8_t first_of_edge[DISPLACED_EDGES]; // the first point within
-    uint64_t turned_edges[6];               // the points begin at the edge's second end
     // of the leaf that was read
     displaced_leaf leaf;
     displaced_pattern use;
     uint32_t first_triangle;
-    uint8_t corner_at[3];  // places of the pattern's vertices in the record:
-    uint8_t edge_at[3];    // the first point within, in the pattern's direction,
-    bool edge_falls[3];    // whose followers have lower places,
-    uint8_t inside_at;     // and the first inside
-    bool corner_is_new[3]; // and what the leaf is the first to have
-    bool edge_is_new[3];
 } displaced_reader;
 
 displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cluster_record *record,
                                       const uint32_t *words);
 // False where there are no more leaves.
 bool clast_displaced_next(displaced_reader *reader);
-// The place in the record of a vertex of the pattern.
-uint32_t clast_displaced_place(const displaced_reader *reader, uint32_t vertex);
 // The level at a vertex of the cluster, and at a corner of the leaf.
 float clast_displaced_cluster_level(const displaced_reader *reader, uint32_t vertex);
 float clast_displaced_level_of(const displaced_reader *reader, uint32_t corner);
+
+// Where a composite's vertices are that leaves share. By vertex and by edge of the cluster, whether or not the record has it: its
+// place, and the place of the first point within; whether a vertex is there; an edge's segments, 0 where it is not there.
+typedef struct displaced_layout {
+    uint8_t vertex_at[CLUSTER_VERTICES], edge_at[DISPLACED_EDGES];
+    uint8_t vertices[CLUSTER_VERTICES], factors[DISPLACED_EDGES];
+    uint8_t vertex_list[CLUSTER_VERTICES]; // those that are there
+    uint16_t edge_list[DISPLACED_EDGES];   // those that have points within
+    uint32_t vertex_count, edge_count, shared_count;
+    bool by_owners; // a triangle is not plain
+} displaced_layout;
+
+// Of a record of which nothing has been read.
+void clast_displaced_lay_out(const displaced_reader *reader, displaced_layout *layout);
 
 // ------------------------------------------------------------------------------------------------------------- duties
 

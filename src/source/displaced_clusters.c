@@ -13,7 +13,7 @@ enum {
 
 // ----------------------------------------------------------------------------------------------------------- owners
 
-// By side (3 * triangle + edge): the lowest side of the same edge. And whether each edge has one triangle to each side.
+// By side (3 * triangle + edge): the lowest side of the same edge. And whether each edge has as many triangles to either side.
 static clast_status find_edge_owners(displaced_cook *cook, uint32_t *owners)
 {
     displaced_unit *unit = cook->unit;
@@ -34,12 +34,13 @@ static clast_status find_edge_owners(displaced_cook *cook, uint32_t *owners)
     unit->closed = true;
     for (size_t first = 0, end = 0; status == CLAST_OK && first < count; first = end) {
         uint32_t begin = unit->vertex_of[mesh->indices[sides[first]]];
+        size_t alike = 0;
         for (end = first; end < count && keys[end] == keys[first]; end++) {
             owners[sides[end]] = sides[first]; // the sort is stable
+            alike += unit->vertex_of[mesh->indices[sides[end]]] == begin;
         }
         bool point = keys[first] >> 32 == (keys[first] & 0xffffffffu);
-        bool pair = end - first == 2 && unit->vertex_of[mesh->indices[sides[first + 1]]] != begin;
-        unit->closed = unit->closed && (point || pair);
+        unit->closed = unit->closed && (point || 2 * alike == end - first);
     }
     clast_free(cook->context, keys);
     clast_free(cook->context, sides);
@@ -276,6 +277,23 @@ static clast_status write_clusters(displaced_cook *cook, cluster_job *job)
 
 // -------------------------------------------------------------------------------------------------------- templates
 
+// By all factors of 4 bits.
+static clast_status make_pattern_uses(displaced_cook *cook)
+{
+    uint16_t *uses = clast_allocate_zeroed(cook->context, DISPLACED_FACTORS, sizeof *uses);
+    cook->unit->pattern_uses = uses;
+    for (uint32_t factors = 0; uses != NULL && factors < DISPLACED_FACTORS; factors++) {
+        bool sound = true;
+        for (uint32_t k = 0; k < 3; k++) {
+            uint32_t factor = pattern_factor(factors, k);
+            sound = sound && factor >= 1 && factor <= PATTERN_SEGMENTS;
+        }
+        clast_pattern_use use = sound ? pattern_use(factors) : (clast_pattern_use){0, 0};
+        uses[factors] = (uint16_t)(use.number | use.rotation << 9);
+    }
+    return uses != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
+}
+
 // Last, as a set cannot give templates back.
 static clast_status add_templates(displaced_cook *cook, clast_template_set *templates)
 {
@@ -322,6 +340,7 @@ clast_status clast_displaced_cook_clusters(displaced_cook *cook, clast_template_
         status = find_edge_owners(cook, owners);
     }
     status = status == CLAST_OK ? write_clusters(cook, &job) : status;
+    status = status == CLAST_OK ? make_pattern_uses(cook) : status;
     status = status == CLAST_OK ? add_templates(cook, templates) : status;
     clast_free(context, owners);
     clast_free(context, job.edge_counts);

@@ -34,6 +34,7 @@ static clast_status add_map(displaced_cook *cook, const clast_cook_job *job, uin
     displaced_unit *unit = cook->unit;
     const clast_material *from = &job->scene->materials[material].record;
     const clast_texture_use *use = &from->displacement_texture;
+    unit->opaque = unit->opaque && from->alpha_mode == CLAST_ALPHA_OPAQUE && from->transmission == 0.0f;
     if (use->texture == CLAST_NONE) {
         return CLAST_OK;
     }
@@ -71,6 +72,7 @@ static clast_status make_maps(displaced_cook *cook, const clast_cook_job *job)
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     unit->map_count = 1; // DISPLACED_NO_MAP
+    unit->opaque = true;
     clast_status status = CLAST_OK;
     for (uint32_t i = 0; i < unit->base.material_count && status == CLAST_OK; i++) {
         status = add_map(cook, job, unit->base.materials[i]);
@@ -580,7 +582,8 @@ static void count_bytes(displaced_unit *unit)
 {
     const clast_mesh *mesh = &unit->base.geometry->of.mesh;
     size_t gradients = (unit->gradients[0] != NULL) + (size_t)(unit->gradients[1] != NULL);
-    unit->base.bytes = sizeof *unit + unit->base.item_count * sizeof *unit->clusters +
+    unit->base.bytes = sizeof *unit + DISPLACED_FACTORS * sizeof *unit->pattern_uses +
+                       unit->base.item_count * sizeof *unit->clusters +
                        unit->triangle_count * (sizeof *unit->triangles + sizeof *unit->mesh_triangles) +
                        unit->corner_count * sizeof *unit->vertex_numbers + unit->edge_count * sizeof *unit->edges +
                        unit->seam_count * sizeof *unit->seams + unit->vertex_count * sizeof *unit->vertices +
@@ -663,6 +666,7 @@ void clast_displaced_destroy(clast_unit *base)
         }
     }
     clast_free(context, base->materials);
+    clast_free(context, unit->pattern_uses);
     clast_free(context, unit->clusters);
     clast_free(context, unit->triangles);
     clast_free(context, unit->mesh_triangles);

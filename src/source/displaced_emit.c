@@ -3,10 +3,7 @@
 // to write, it counts.
 #include "source/displaced.h"
 
-enum {
-    RECORD_TRIANGLES = 128, // of several leaves
-    SPLITS_DEEPEST = 48,    // a split halves a triangle's area at least, and there are 2^30 units of it
-};
+enum { RECORD_TRIANGLES = 128 }; // of several leaves
 
 // An item that would come to more than this comes to UINT32_MAX of everything: no frame can hold it.
 static const uint32_t item_triangles_most = 1u << 30;
@@ -121,21 +118,13 @@ static bool take_bit(uint64_t *bits, uint32_t bit)
 static bool add_leaf(open_record *open, const displaced_leaf *leaf, displaced_pattern use, displaced_triangle triangle)
 {
     uint32_t triangles = pattern_triangles(*use.pattern), vertices = pattern_vertices(*use.pattern);
-    if (open->triangle_count + triangles > RECORD_TRIANGLES) {
+    if (open->triangle_count + triangles > RECORD_TRIANGLES || open->vertex_count + vertices > TEMPLATE_VERTICES) {
         return false;
     }
-    uint64_t had_vertices[2], had_edges[6];
-    memcpy(had_vertices, open->vertices, sizeof had_vertices);
-    memcpy(had_edges, open->edges, sizeof had_edges);
     for (uint32_t k = 0; k < 3 && !leaf->split; k++) {
         vertices -= take_bit(open->vertices, displaced_corner(triangle, k)) ? 1 : 0;
         uint32_t within = pattern_factor(leaf->factors, k) - 1;
         vertices -= take_bit(open->edges, displaced_edge_of(triangle, k)) ? within : 0;
-    }
-    if (open->vertex_count + vertices > TEMPLATE_VERTICES) {
-        memcpy(open->vertices, had_vertices, sizeof had_vertices);
-        memcpy(open->edges, had_edges, sizeof had_edges);
-        return false;
     }
     put_leaf(open, leaf);
     open->triangle_count += triangles;
@@ -160,123 +149,49 @@ static void pack_leaf(walk *w, const displaced_leaf *leaf)
     add_leaf(&w->open, leaf, use, triangle);
 }
 
-// ----------------------------------------------------------------------------------------------------------- splits
-
-// A triangle that is split, with what its children are made of.
-typedef struct split {
-    displaced_leaf_corner corners[3];
-    uint32_t factors[3];
-    displaced_pattern use;
-    uint32_t next; // child
-} split;
-
-static bool is_small(const uint32_t factors[3])
-{
-    return factors[0] <= PATTERN_SEGMENTS && factors[1] <= PATTERN_SEGMENTS && factors[2] <= PATTERN_SEGMENTS;
-}
-
-static split split_triangle(const displaced_unit *unit, const displaced_leaf_corner corners[3],
-                            const uint32_t factors[3])
-{
-    split result = {
-        .corners = {corners[0], corners[1], corners[2]},
-        .factors = {factors[0], factors[1], factors[2]},
-    };
-    uint32_t key = pattern_factors(edge_splits(factors[0]), edge_splits(factors[1]), edge_splits(factors[2]));
-    result.use = displaced_pattern_of(unit, key);
-    return result;
-}
-
-static displaced_leaf_corner child_corner(const walk *w, const displaced_face *face, const split *parent,
-                                          uint32_t vertex)
-{
-    if (vertex < 3) {
-        return parent->corners[(vertex + parent->use.rotation) % 3];
-    }
-    uint32_t word = w->unit->patterns->vertices[parent->use.pattern->first_vertex + vertex];
-    clast_weights at = pattern_unrotate(weights_of(word), parent->use.rotation);
-    displaced_leaf_corner corner = {
-        weights_within(parent->corners[0].at, parent->corners[1].at, parent->corners[2].at, at), 0};
-    corner.level = clast_displaced_level(w->unit, &w->view, face, corner.at);
-    return corner;
-}
-
-// The next child of a split triangle. An edge that was not split keeps its segments; others ask anew.
-static void next_child(const walk *w, const displaced_face *face, split *parent, displaced_leaf_corner corners[3],
-                       uint32_t factors[3])
-{
-    uint32_t word = w->unit->patterns->triangles[parent->use.pattern->first_triangle + parent->next++];
-    uint32_t vertices[3];
-    for (uint32_t k = 0; k < 3; k++) {
-        vertices[k] = word >> 8 * k & 255;
-        corners[k] = child_corner(w, face, parent, vertices[k]);
-    }
-    for (uint32_t k = 0; k < 3; k++) {
-        uint32_t first = vertices[k], second = vertices[(k + 1) % 3];
-        if (first < 3 && second < 3) { // corner `first` to the next one
-            factors[k] = parent->factors[(first + parent->use.rotation) % 3];
-        } else {
-            factors[k] = clast_displaced_factor(w->unit, w->pose, &w->view, face, corners[k].at,
-                                                corners[(k + 1) % 3].at);
-        }
-    }
-}
-
-static void pack_child(walk *w, uint32_t triangle, const displaced_leaf_corner corners[3], const uint32_t factors[3])
-{
-    displaced_leaf leaf = {
-        .triangle = triangle,
-        .factors = pattern_factors(min_uint(factors[0], PATTERN_SEGMENTS), min_uint(factors[1], PATTERN_SEGMENTS),
-                                   min_uint(factors[2], PATTERN_SEGMENTS)),
-        .split = true,
-        .corners = {corners[0], corners[1], corners[2]},
-    };
-    pack_leaf(w, &leaf);
-}
-
-// Depth first, children in the pattern's order.
-static void pack_split(walk *w, uint32_t triangle, const uint32_t factors[3])
-{
-    displaced_face face = clast_displaced_face(w->unit, w->pose, w->cluster, triangle);
-    displaced_triangle base = w->unit->triangles[w->cluster->first_triangle + triangle];
-    displaced_leaf_corner corners[3];
-    for (uint32_t k = 0; k < 3; k++) {
-        corners[k] = (displaced_leaf_corner){weights_of_corner(k), w->rates.levels[displaced_corner(base, k)]};
-    }
-    split stack[SPLITS_DEEPEST];
-    uint32_t depth = 0;
-    stack[depth++] = split_triangle(w->unit, corners, factors);
-    while (depth > 0 && w->count.triangles <= item_triangles_most) {
-        split *parent = &stack[depth - 1];
-        if (parent->next == pattern_triangles(*parent->use.pattern)) {
-            depth--;
-            continue;
-        }
-        uint32_t child_factors[3];
-        next_child(w, &face, parent, corners, child_factors);
-        if (is_small(child_factors) || depth == SPLITS_DEEPEST) {
-            pack_child(w, triangle, corners, child_factors);
-        } else {
-            stack[depth++] = split_triangle(w->unit, corners, child_factors);
-        }
-    }
-}
-
 // ------------------------------------------------------------------------------------------------------------ walks
+
+typedef struct part_job {
+    walk *w;
+    uint32_t triangle;
+} part_job;
+
+static bool pack_part(void *user, const displaced_part *part)
+{
+    part_job *job = user;
+    displaced_leaf leaf = {
+        .triangle = job->triangle,
+        .factors = pattern_factors(part->factors[0], part->factors[1], part->factors[2]),
+        .split = true,
+        .corners = {part->corners[0], part->corners[1], part->corners[2]},
+    };
+    pack_leaf(job->w, &leaf);
+    return job->w->count.triangles <= item_triangles_most;
+}
 
 static void pack_triangle(walk *w, uint32_t number)
 {
     displaced_triangle triangle = w->unit->triangles[w->cluster->first_triangle + number];
-    uint32_t factors[3];
+    displaced_part whole;
+    bool small = true;
     for (uint32_t k = 0; k < 3; k++) {
-        factors[k] = w->rates.factors[displaced_edge_of(triangle, k)];
+        whole.factors[k] = w->rates.factors[displaced_edge_of(triangle, k)];
+        small = small && whole.factors[k] <= PATTERN_SEGMENTS;
     }
-    if (is_small(factors)) {
-        displaced_leaf leaf = {.triangle = number, .factors = pattern_factors(factors[0], factors[1], factors[2])};
+    if (small) {
+        displaced_leaf leaf = {
+            .triangle = number,
+            .factors = pattern_factors(whole.factors[0], whole.factors[1], whole.factors[2]),
+        };
         pack_leaf(w, &leaf);
-    } else {
-        pack_split(w, number, factors);
+        return;
     }
+    for (uint32_t k = 0; k < 3; k++) {
+        whole.corners[k] = (displaced_leaf_corner){weights_of_corner(k),
+                                                   w->rates.levels[displaced_corner(triangle, k)]};
+    }
+    part_job job = {w, number};
+    clast_displaced_split(w->unit, w->pose, &w->view, w->cluster, number, &whole, pack_part, &job);
 }
 
 static void write_levels(walk *w)
@@ -291,11 +206,11 @@ static void write_levels(walk *w)
 
 static bool is_as_cooked(const walk *w)
 {
-    bool cooked = true;
+    uint32_t most = 1;
     for (uint32_t i = 0; i < w->cluster->edge_count; i++) {
-        cooked = cooked && w->rates.factors[i] == 1;
+        most = max_uint(most, w->rates.factors[i]);
     }
-    return cooked;
+    return most == 1;
 }
 
 static void walk_item(walk *w)

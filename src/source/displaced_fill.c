@@ -1,57 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
-// Filling records of displaced meshes. The points of a leaf come in groups, its corners, those within an edge and those inside,
-// since each may belong to another owner; points that one map displaces are handed on together.
+// Filling records of displaced meshes: corners, points within edges and points inside, each for their owners, in the order of the
+// record's layout. Points that one map displaces are handed on together.
 #include "source/displaced.h"
 
-enum { CORNERS_MOST = 256 }; // that numbers of 8 bits tell apart
+enum {
+    CORNERS_MOST = 256,                 // that numbers of 8 bits tell apart: those of the cluster, then others
+    WITHIN_MOST = PATTERN_SEGMENTS - 1, // points within an edge
+};
 
 typedef struct batch {
+    const displaced_reader *reader;
     const displaced_unit *unit;
     const clast_pose *pose;
     const displaced_cluster *cluster;
     clast_displace_kernel kernel;
     const displaced_map *map;
-    uint32_t corner_count, count;
+    uint32_t other_count, count;
     packed3 *positions; // of the first of the points
-    uint64_t known_vertices[2];
-    uint8_t corner_of_vertex[CLUSTER_VERTICES]; // of the cluster
-    uint32_t numbers[TEMPLATE_VERTICES], weights[TEMPLATE_VERTICES];
+    bool known[CLUSTER_VERTICES];
+    uint32_t numbers[TEMPLATE_VERTICES + WITHIN_MOST], weights[TEMPLATE_VERTICES + WITHIN_MOST];
     clast_displace_corner corners[CORNERS_MOST];
 } batch;
 
 static void flush(batch *b)
 {
     if (b->count != 0) {
-        clast_displace_job job = {
-            .height = b->map->height,
-            .scale = b->map->scale * b->pose->displacement_scale,
-            .offset = b->map->height != NULL ? b->map->offset * b->pose->displacement_scale : 0.0f,
-            .corners = b->corners,
-            .numbers = b->numbers,
-            .weights = b->weights,
-            .count = b->count,
-            .positions = b->positions,
-        };
+        clast_displace_job job = displaced_job_of(b->map, b->pose);
+        job.corners = b->corners;
+        job.numbers = b->numbers;
+        job.weights = b->weights;
+        job.count = b->count;
+        job.positions = b->positions;
         b->kernel(&job);
     }
     b->positions += b->count;
     b->count = 0;
-    b->corner_count = 0;
-    memset(b->known_vertices, 0, sizeof b->known_vertices);
+    b->other_count = 0;
 }
 
-// Makes room for corners and points of a map.
-static void prepare(batch *b, const displaced_map *map, uint32_t corners, uint32_t points)
+// Makes room for points of a map, and for corners that are not vertices of the cluster.
+static void prepare(batch *b, const displaced_map *map, uint32_t others, uint32_t points)
 {
-    if (b->map != map || b->corner_count + corners > CORNERS_MOST || b->count + points > TEMPLATE_VERTICES) {
+    if (b->map != map || CLUSTER_VERTICES + b->other_count + others > CORNERS_MOST ||
+        b->count + points > TEMPLATE_VERTICES) {
         flush(b);
         b->map = map;
     }
 }
 
-static uint32_t add_corner(batch *b, vec3 position, vec3 normal, vec2 coordinates, float level)
+static void put_corner(clast_displace_corner *corner, vec3 position, vec3 normal, vec2 coordinates, float level)
 {
-    b->corners[b->corner_count] = (clast_displace_corner){{
+    *corner = (clast_displace_corner){{
         [DISPLACE_POSITION] = position[0],
         position[1],
         position[2],
@@ -62,21 +61,44 @@ static uint32_t add_corner(batch *b, vec3 position, vec3 normal, vec2 coordinate
         coordinates[1],
         [DISPLACE_LEVEL] = level,
     }};
-    return b->corner_count++;
 }
 
-// A vertex of the cluster with what its owner has.
-static uint32_t add_vertex(batch *b, const displaced_reader *reader, uint32_t vertex)
+static uint32_t add_corner(batch *b, vec3 position, vec3 normal, vec2 coordinates, float level)
 {
-    uint64_t bit = 1ull << vertex % 64;
-    if ((b->known_vertices[vertex / 64] & bit) == 0) {
+    uint32_t number = CLUSTER_VERTICES + b->other_count++;
+    put_corner(&b->corners[number], position, normal, coordinates, level);
+    return number;
+}
+
+// A vertex of the cluster, with what its owner has, is the corner of that number.
+static uint32_t add_vertex(batch *b, uint32_t vertex)
+{
+    if (!b->known[vertex]) {
         const displaced_vertex *from = displaced_vertex_of(b->unit, b->cluster, vertex);
-        b->known_vertices[vertex / 64] |= bit;
-        b->corner_of_vertex[vertex] = (uint8_t)add_corner(
-            b, clast_displaced_position(b->unit, b->pose, from), clast_displaced_normal(b->unit, b->pose, from),
-            load2(from->coordinates), clast_displaced_cluster_level(reader, vertex));
+        b->known[vertex] = true;
+        put_corner(&b->corners[vertex], clast_displaced_position(b->unit, b->pose, from),
+                   clast_displaced_normal(b->unit, b->pose, from), load2(from->coordinates),
+                   clast_displaced_cluster_level(b->reader, vertex));
     }
-    return b->corner_of_vertex[vertex];
+    return vertex;
+}
+
+static const displaced_map *map_of_vertex(const batch *b, uint32_t vertex)
+{
+    return &b->unit->maps[displaced_vertex_of(b->unit, b->cluster, vertex)->map];
+}
+
+static void add_point(batch *b, uint32_t corner)
+{
+    b->numbers[b->count] = corner * 0x010101u;
+    b->weights[b->count] = 0; // all of the first
+    b->count++;
+}
+
+static void add_vertex_point(batch *b, uint32_t vertex)
+{
+    prepare(b, map_of_vertex(b, vertex), 0, 1);
+    add_point(b, add_vertex(b, vertex));
 }
 
 // Points between three corners of the batch: weights as the pattern has them.
@@ -90,50 +112,75 @@ static void add_points(batch *b, const uint32_t corners[3], const uint32_t *weig
     b->count += count;
 }
 
-static void add_vertex_point(batch *b, const displaced_reader *reader, uint32_t vertex)
+// By segments: the weights of the points within an edge.
+#define WITHIN(n, step) ((step) < (n) ? ((step)*2 * WEIGHT_ONE + (n)) / (2 * (n)) : 0) // pattern_edge_weight()
+#define ALL_WITHIN(n) \
+    { \
+        WITHIN(n, 1), WITHIN(n, 2), WITHIN(n, 3), WITHIN(n, 4), WITHIN(n, 5), WITHIN(n, 6), WITHIN(n, 7), \
+            WITHIN(n, 8), WITHIN(n, 9), WITHIN(n, 10) \
+    }
+static const uint32_t weights_within_edge[PATTERN_SEGMENTS + 1][WITHIN_MOST] = {
+    {0},           ALL_WITHIN(1), ALL_WITHIN(2), ALL_WITHIN(3), ALL_WITHIN(4),  ALL_WITHIN(5),
+    ALL_WITHIN(6), ALL_WITHIN(7), ALL_WITHIN(8), ALL_WITHIN(9), ALL_WITHIN(10), ALL_WITHIN(11),
+};
+
+// The points within an edge from corner a to b. As many are written as there ever are: those that follow write over them.
+static void add_edge_points(batch *b, uint32_t first, uint32_t second, uint32_t factor)
 {
-    static const uint32_t all_of_first = 0;
-    prepare(b, &b->unit->maps[displaced_vertex_of(b->unit, b->cluster, vertex)->map], 1, 1);
-    uint32_t corner = add_vertex(b, reader, vertex);
-    add_points(b, (uint32_t[3]){corner, corner, corner}, &all_of_first, 1);
+    uint32_t numbers = first | second << 8 | first << 16;
+    const uint32_t *weights = weights_within_edge[factor];
+    for (uint32_t i = 0; i < WITHIN_MOST; i++) {
+        b->numbers[b->count + i] = numbers;
+        b->weights[b->count + i] = weights[i];
+    }
+    b->count += factor - 1;
 }
 
 // ----------------------------------------------------------------------------------------------------------- leaves
 
 typedef struct leaf_state {
     batch *b;
-    const displaced_reader *reader;
     displaced_triangle triangle;
     const uint32_t *weights; // of the pattern's vertices
     bool plain;
     displaced_face face; // where it is split, curved or not plain
 } leaf_state;
 
-static clast_weights corner_weights(const leaf_state *leaf, uint32_t k)
+static leaf_state state_of(batch *b, uint32_t number)
 {
-    return leaf->reader->leaf.split ? leaf->reader->leaf.corners[k].at : weights_of_corner(k);
+    leaf_state leaf = {.b = b, .triangle = b->unit->triangles[b->cluster->first_triangle + number]};
+    leaf.weights = b->unit->patterns->vertices + b->reader->use.pattern->first_vertex;
+    leaf.plain = displaced_is_plain(leaf.triangle);
+    if (!leaf.plain || b->reader->leaf.split || b->unit->curved) {
+        leaf.face = clast_displaced_face(b->unit, b->pose, b->cluster, number);
+    }
+    return leaf;
 }
 
-// A corner of the leaf as part of the edge `place` or of the triangle.
+static clast_weights corner_weights(const leaf_state *leaf, uint32_t k)
+{
+    return leaf->b->reader->leaf.split ? leaf->b->reader->leaf.corners[k].at : weights_of_corner(k);
+}
+
+// A corner of the leaf as part of an edge or of the triangle.
 static uint32_t add_leaf_corner(const leaf_state *leaf, uint32_t k, displaced_site site)
 {
     const displaced_face *face = &leaf->face;
     clast_weights at = corner_weights(leaf, k);
     return add_corner(leaf->b, clast_displaced_base(leaf->b->unit, face, at),
                       blend3(face->normals[0], face->normals[1], face->normals[2], at), site.coordinates,
-                      clast_displaced_level_of(leaf->reader, k));
+                      clast_displaced_level_of(leaf->b->reader, k));
 }
 
 // The corners that points of a place are blended from, in the pattern's order.
 static void add_corners_of(const leaf_state *leaf, uint32_t place, uint32_t points, uint32_t corners[3])
 {
     batch *b = leaf->b;
-    uint32_t rotation = leaf->reader->use.rotation;
-    if (leaf->plain && !leaf->reader->leaf.split) {
-        prepare(b, &b->unit->maps[displaced_vertex_of(b->unit, b->cluster, displaced_corner(leaf->triangle, 0))->map],
-                3, points);
+    uint32_t rotation = b->reader->use.rotation;
+    if (leaf->plain && !b->reader->leaf.split) {
+        prepare(b, map_of_vertex(b, displaced_corner(leaf->triangle, 0)), 0, points);
         for (uint32_t k = 0; k < 3; k++) {
-            corners[k] = add_vertex(b, leaf->reader, displaced_corner(leaf->triangle, (k + rotation) % 3));
+            corners[k] = add_vertex(b, displaced_corner(leaf->triangle, (k + rotation) % 3));
         }
         return;
     }
@@ -150,10 +197,10 @@ static void add_corners_of(const leaf_state *leaf, uint32_t place, uint32_t poin
 // The edge of the base triangle that an edge of the leaf lies on, as a place.
 static uint32_t place_of_edge(const leaf_state *leaf, uint32_t own)
 {
-    if (!leaf->reader->leaf.split) {
+    if (!leaf->b->reader->leaf.split) {
         return WEIGHTS_EDGE + own;
     }
-    const displaced_leaf_corner *corners = leaf->reader->leaf.corners;
+    const displaced_leaf_corner *corners = leaf->b->reader->leaf.corners;
     clast_weights a = corners[own].at, b = corners[(own + 1) % 3].at;
     uint32_t place = WEIGHTS_INSIDE;
     for (uint32_t edge = 0; edge < 3; edge++) {
@@ -165,71 +212,73 @@ static uint32_t place_of_edge(const leaf_state *leaf, uint32_t own)
 
 static void fill_corner(const leaf_state *leaf, uint32_t k)
 {
-    uint32_t own = (k + leaf->reader->use.rotation) % 3;
+    uint32_t own = (k + leaf->b->reader->use.rotation) % 3;
     clast_weights at = corner_weights(leaf, own);
     uint32_t place = weights_place(at);
     if (place < WEIGHTS_EDGE) {
-        add_vertex_point(leaf->b, leaf->reader, displaced_corner(leaf->triangle, place));
+        add_vertex_point(leaf->b, displaced_corner(leaf->triangle, place));
         return;
     }
-    static const uint32_t all_of_first = 0;
     displaced_site site = clast_displaced_site_within(leaf->b->unit, &leaf->face, at, place);
     prepare(leaf->b, site.map, 1, 1);
-    uint32_t corner = add_leaf_corner(leaf, own, site);
-    add_points(leaf->b, (uint32_t[3]){corner, corner, corner}, &all_of_first, 1);
+    add_point(leaf->b, add_leaf_corner(leaf, own, site));
 }
 
-// Group by group, each for its owner.
-static void fill_by_owners(const leaf_state *leaf)
+static void fill_inside(const leaf_state *leaf)
 {
-    const displaced_reader *reader = leaf->reader;
-    uint32_t factors = pattern_own_factors(*reader->use.pattern);
-    uint32_t corners[3];
-    for (uint32_t k = 0; k < 3; k++) {
-        if (reader->corner_is_new[k]) {
-            fill_corner(leaf, k);
-        }
-    }
-    for (uint32_t k = 0; k < 3; k++) {
-        uint32_t begin = pattern_edge_begin(factors, k), count = pattern_edge_begin(factors, k + 1) - begin;
-        if (reader->edge_is_new[k] && count != 0) {
-            add_corners_of(leaf, place_of_edge(leaf, (k + reader->use.rotation) % 3), count, corners);
-            add_points(leaf->b, corners, leaf->weights + begin, count);
-        }
-    }
-    uint32_t begin = pattern_edge_begin(factors, 3), count = pattern_vertices(*reader->use.pattern) - begin;
+    clast_pattern pattern = *leaf->b->reader->use.pattern;
+    uint32_t begin = pattern_edge_begin(pattern_own_factors(pattern), 3), count = pattern_vertices(pattern) - begin;
     if (count != 0) {
+        uint32_t corners[3];
         add_corners_of(leaf, WEIGHTS_INSIDE, count, corners);
         add_points(leaf->b, corners, leaf->weights + begin, count);
     }
 }
 
-// All points have the same owners' coordinates and map: those that the record does not have already.
-static void fill_plain(const leaf_state *leaf)
+// Group by group, each for its owner.
+static void fill_by_owners(const leaf_state *leaf)
 {
-    const displaced_reader *reader = leaf->reader;
-    uint32_t factors = pattern_own_factors(*reader->use.pattern);
-    uint32_t vertices = pattern_vertices(*reader->use.pattern);
-    uint32_t corners[3];
-    add_corners_of(leaf, WEIGHTS_INSIDE, vertices, corners);
+    uint32_t factors = pattern_own_factors(*leaf->b->reader->use.pattern);
     for (uint32_t k = 0; k < 3; k++) {
-        add_points(leaf->b, corners, leaf->weights + k, reader->corner_is_new[k] ? 1 : 0);
+        fill_corner(leaf, k);
     }
     for (uint32_t k = 0; k < 3; k++) {
-        uint32_t begin = pattern_edge_begin(factors, k), count = pattern_edge_begin(factors, k + 1) - begin;
-        add_points(leaf->b, corners, leaf->weights + begin, reader->edge_is_new[k] ? count : 0);
+        uint32_t begin = pattern_edge_begin(factors, k), count = pattern_factor(factors, k) - 1, corners[3];
+        if (count != 0) {
+            add_corners_of(leaf, place_of_edge(leaf, (k + leaf->b->reader->use.rotation) % 3), count, corners);
+            add_points(leaf->b, corners, leaf->weights + begin, count);
+        }
     }
-    uint32_t begin = pattern_edge_begin(factors, 3);
-    add_points(leaf->b, corners, leaf->weights + begin, vertices - begin);
+    fill_inside(leaf);
 }
 
-// Curved triangles are not blended from their corners: each point is one by itself.
-static void fill_curved_point(const leaf_state *leaf, uint32_t vertex)
+// All points have the same owners' coordinates and map.
+static void fill_plain(const leaf_state *leaf)
 {
-    static const uint32_t all_of_first = 0;
-    const displaced_reader *reader = leaf->reader;
+    batch *b = leaf->b;
+    uint32_t count = pattern_vertices(*b->reader->use.pattern), corners[3];
+    add_corners_of(leaf, WEIGHTS_INSIDE, count, corners);
+    if (b->count != 0) {
+        add_points(b, corners, leaf->weights, count);
+        return;
+    }
+    // nothing waits to go with them: they need no numbers
+    const clast_displace_corner three[3] = {b->corners[corners[0]], b->corners[corners[1]], b->corners[corners[2]]};
+    clast_displace_job job = displaced_job_of(b->map, b->pose);
+    job.corners = three;
+    job.weights = leaf->weights;
+    job.count = count;
+    job.positions = b->positions;
+    b->kernel(&job);
+    b->positions += count;
+}
+
+// Curved triangles are not blended from their corners: each point is one by itself. `own` are weights of the leaf's corners.
+static void fill_curved_point(const leaf_state *leaf, clast_weights own)
+{
+    const displaced_reader *reader = leaf->b->reader;
     const displaced_face *face = &leaf->face;
-    clast_weights own = pattern_unrotate(weights_of(leaf->weights[vertex]), reader->use.rotation), at = own;
+    clast_weights at = own;
     if (reader->leaf.split) {
         const displaced_leaf_corner *corners = reader->leaf.corners;
         at = weights_within(corners[0].at, corners[1].at, corners[2].at, own);
@@ -238,43 +287,123 @@ static void fill_curved_point(const leaf_state *leaf, uint32_t vertex)
                          clast_displaced_level_of(reader, 2), own);
     displaced_site site = clast_displaced_site(leaf->b->unit, face, at);
     prepare(leaf->b, site.map, 1, 1);
-    uint32_t corner = add_corner(leaf->b, clast_displaced_base(leaf->b->unit, face, at),
-                                 blend3(face->normals[0], face->normals[1], face->normals[2], at), site.coordinates,
-                                 level);
-    add_points(leaf->b, (uint32_t[3]){corner, corner, corner}, &all_of_first, 1);
+    add_point(leaf->b,
+              add_corner(leaf->b, clast_displaced_base(leaf->b->unit, face, at),
+                         blend3(face->normals[0], face->normals[1], face->normals[2], at), site.coordinates, level));
 }
 
-static void fill_curved(const leaf_state *leaf)
+// The pattern's vertices from `begin` on.
+static void fill_curved(const leaf_state *leaf, uint32_t begin)
 {
-    const displaced_reader *reader = leaf->reader;
-    uint32_t factors = pattern_own_factors(*reader->use.pattern);
-    for (uint32_t i = 0; i < pattern_vertices(*reader->use.pattern); i++) {
-        bool is_new = i < 3 ? reader->corner_is_new[i] : true;
-        for (uint32_t k = 0; k < 3; k++) {
-            bool on_edge = i >= pattern_edge_begin(factors, k) && i < pattern_edge_begin(factors, k + 1);
-            is_new = on_edge ? reader->edge_is_new[k] : is_new;
-        }
-        if (is_new) {
-            fill_curved_point(leaf, i);
-        }
+    const displaced_reader *reader = leaf->b->reader;
+    for (uint32_t i = begin; i < pattern_vertices(*reader->use.pattern); i++) {
+        fill_curved_point(leaf, pattern_unrotate(weights_of(leaf->weights[i]), reader->use.rotation));
     }
 }
 
-static void fill_leaf(batch *b, const displaced_reader *reader)
+// All of a leaf's points.
+static void fill_alone(batch *b)
 {
-    leaf_state leaf = {.b = b, .reader = reader};
-    leaf.triangle = b->unit->triangles[b->cluster->first_triangle + reader->leaf.triangle];
-    leaf.weights = b->unit->patterns->vertices + reader->use.pattern->first_vertex;
-    leaf.plain = displaced_is_plain(leaf.triangle);
-    if (!leaf.plain || reader->leaf.split || b->unit->curved) {
-        leaf.face = clast_displaced_face(b->unit, b->pose, b->cluster, reader->leaf.triangle);
-    }
+    leaf_state leaf = state_of(b, b->reader->leaf.triangle);
     if (b->unit->curved) {
-        fill_curved(&leaf);
+        fill_curved(&leaf, 0);
     } else if (leaf.plain) {
         fill_plain(&leaf);
     } else {
         fill_by_owners(&leaf);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------- composites
+
+// A leaf that has an edge, where it matters which.
+typedef struct edge_user {
+    uint8_t triangle, edge; // of the cluster, of the triangle
+    bool is_there;
+} edge_user;
+
+// Points within an edge of a triangle whose points have owners, or that is curved. They run along the cluster's edge.
+static void fill_edge_of(batch *b, displaced_reader *reader, edge_user user, uint32_t factor)
+{
+    reader->leaf.triangle = user.triangle;
+    leaf_state leaf = state_of(b, user.triangle);
+    bool along = displaced_goes_along(leaf.triangle, user.edge);
+    if (b->unit->curved) {
+        for (uint32_t step = 1; step < factor; step++) {
+            fill_curved_point(&leaf, pattern_edge_point(user.edge, factor, along ? step : factor - step));
+        }
+        return;
+    }
+    uint32_t first = along ? user.edge : (user.edge + 1) % 3, second = along ? (user.edge + 1) % 3 : user.edge;
+    displaced_site sites[2] = {
+        clast_displaced_site_within(b->unit, &leaf.face, weights_of_corner(first), WEIGHTS_EDGE + user.edge),
+        clast_displaced_site_within(b->unit, &leaf.face, weights_of_corner(second), WEIGHTS_EDGE + user.edge),
+    };
+    prepare(b, sites[0].map, 2, factor - 1);
+    uint32_t corner = add_leaf_corner(&leaf, first, sites[0]);
+    add_edge_points(b, corner, add_leaf_corner(&leaf, second, sites[1]), factor);
+}
+
+static void find_users(displaced_reader reader, edge_user users[DISPLACED_EDGES])
+{
+    memset(users, 0, DISPLACED_EDGES * sizeof *users);
+    while (clast_displaced_next(&reader)) {
+        uint32_t number = reader.leaf.triangle;
+        displaced_triangle triangle = reader.unit->triangles[reader.cluster->first_triangle + number];
+        for (uint32_t k = 0; k < 3 && !reader.leaf.split; k++) {
+            if (reader.unit->curved || !displaced_is_plain(triangle)) {
+                users[displaced_edge_of(triangle, k)] = (edge_user){(uint8_t)number, (uint8_t)k, true};
+            }
+        }
+    }
+}
+
+// What the leaves share.
+static void fill_shared(batch *b, displaced_reader *reader, const displaced_layout *layout)
+{
+    edge_user users[DISPLACED_EDGES];
+    bool by_users = layout->by_owners || b->unit->curved;
+    if (by_users) {
+        find_users(*reader, users);
+    }
+    for (uint32_t i = 0; i < layout->vertex_count; i++) {
+        add_vertex_point(b, layout->vertex_list[i]);
+    }
+    for (uint32_t i = 0; i < layout->edge_count; i++) {
+        uint32_t number = layout->edge_list[i], factor = layout->factors[number];
+        if (by_users && users[number].is_there) {
+            fill_edge_of(b, reader, users[number], factor);
+            continue;
+        }
+        uint32_t ends = b->unit->edges[b->cluster->first_edge + number].ends;
+        prepare(b, map_of_vertex(b, ends & 255), 0, factor - 1);
+        add_edge_points(b, ends & 255, ends >> 8 & 255, factor);
+    }
+}
+
+static void fill_composite(batch *b, displaced_reader *reader)
+{
+    displaced_layout layout;
+    clast_displaced_lay_out(reader, &layout);
+    reader->leaf.split = false;
+    reader->use = displaced_pattern_of(b->unit, pattern_factors(1, 1, 1));
+    fill_shared(b, reader, &layout);
+    while (clast_displaced_next(reader)) {
+        if (reader->leaf.split) {
+            fill_alone(b);
+            continue;
+        }
+        clast_pattern pattern = *reader->use.pattern;
+        uint32_t begin = pattern_edge_begin(pattern_own_factors(pattern), 3);
+        if (pattern_vertices(pattern) == begin) {
+            continue;
+        }
+        leaf_state leaf = state_of(b, reader->leaf.triangle);
+        if (b->unit->curved) {
+            fill_curved(&leaf, begin);
+        } else {
+            fill_inside(&leaf);
+        }
     }
 }
 
@@ -286,21 +415,23 @@ void clast_displaced_fill(const clast_unit *base, const clast_pose *pose, const 
     const displaced_unit *unit = clast_displaced_of(base);
     displaced_reader reader = clast_displaced_read(unit, record, words);
     batch b;
+    b.reader = &reader;
     b.unit = unit;
     b.pose = pose;
     b.cluster = reader.cluster;
     b.kernel = clast_displace_kernel_of(clast_context_isa(base->context));
     b.map = NULL;
-    b.count = b.corner_count = 0;
+    b.count = b.other_count = 0;
     b.positions = positions;
-    memset(b.known_vertices, 0, sizeof b.known_vertices);
-    if (record->detail == 0) {
+    memset(b.known, 0, sizeof b.known);
+    if (record_form(*record) == FORM_COMPOSITE) {
+        fill_composite(&b, &reader);
+    } else if (clast_displaced_next(&reader)) {
+        fill_alone(&b);
+    } else {
         for (uint32_t i = 0; i < b.cluster->vertex_count; i++) {
-            add_vertex_point(&b, &reader, i);
+            add_vertex_point(&b, i);
         }
-    }
-    while (clast_displaced_next(&reader)) {
-        fill_leaf(&b, &reader);
     }
     flush(&b);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading the leaves of a record: where in it their vertices are. A composite has a corner, and the points within an edge, once
-// for all of its leaves that are whole triangles; parts of split triangles have all of their own.
+// Reading the leaves of a record, and where in it their vertices are. A composite begins with the corners of all its leaves that
+// are whole triangles, in the order of the cluster's vertices, then has the points within their edges, in the order of its edges,
+// each along the edge; then come, leaf by leaf, the points inside. Parts of split triangles have all of their own there.
 #include "source/displaced.h"
 
 displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cluster_record *record,
@@ -14,11 +15,6 @@ displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cl
     reader.levels = unit->displaced ? words - words[0] : NULL;
     reader.leaf_count = record->detail;
     reader.next = 0;
-    reader.whole = record_form(*record) == FORM_WHOLE;
-    reader.vertex_count = 0;
-    memset(reader.known_vertices, 0, sizeof reader.known_vertices);
-    memset(reader.known_edges, 0, sizeof reader.known_edges);
-    memset(reader.turned_edges, 0, sizeof reader.turned_edges);
     return reader;
 }
 
@@ -37,8 +33,23 @@ float clast_displaced_level_of(const displaced_reader *reader, uint32_t corner)
     return clast_displaced_cluster_level(reader, displaced_corner(triangle, corner));
 }
 
-static void read_leaf(displaced_reader *reader)
+static void read_split(displaced_reader *reader)
 {
+    displaced_leaf *leaf = &reader->leaf;
+    for (uint32_t k = 0; k < 3; k++) {
+        leaf->corners[k].at = weights_of(reader->splits[k]);
+    }
+    leaf->corners[0].level = reader->splits[3] & 65535;
+    leaf->corners[1].level = reader->splits[3] >> 16;
+    leaf->corners[2].level = reader->splits[4];
+    reader->splits += DISPLACED_SPLIT_WORDS;
+}
+
+bool clast_displaced_next(displaced_reader *reader)
+{
+    if (reader->next == reader->leaf_count) {
+        return false;
+    }
     uint32_t word = reader->words[reader->next++];
     displaced_leaf *leaf = &reader->leaf;
     leaf->triangle = word & 255;
@@ -47,106 +58,91 @@ static void read_leaf(displaced_reader *reader)
     reader->first_triangle = word >> DISPLACED_LEAF_FIRST_BIT & 255;
     reader->use = displaced_pattern_of(reader->unit, leaf->factors);
     if (leaf->split) {
-        for (uint32_t k = 0; k < 3; k++) {
-            leaf->corners[k].at = weights_of(reader->splits[k]);
-        }
-        leaf->corners[0].level = reader->splits[3] & 65535;
-        leaf->corners[1].level = reader->splits[3] >> 16;
-        leaf->corners[2].level = reader->splits[4];
-        reader->splits += DISPLACED_SPLIT_WORDS;
-    }
-}
-
-// All of its vertices are its own, in the pattern's order.
-static void place_alone(displaced_reader *reader)
-{
-    uint32_t factors = pattern_own_factors(*reader->use.pattern);
-    for (uint32_t k = 0; k < 3; k++) {
-        reader->corner_at[k] = (uint8_t)(reader->vertex_count + k);
-        reader->edge_at[k] = (uint8_t)(reader->vertex_count + pattern_edge_begin(factors, k));
-        reader->edge_falls[k] = false;
-        reader->corner_is_new[k] = reader->edge_is_new[k] = true;
-    }
-    reader->inside_at = (uint8_t)(reader->vertex_count + pattern_edge_begin(factors, 3));
-    reader->vertex_count += pattern_vertices(*reader->use.pattern);
-}
-
-static bool take_bit(uint64_t *bits, uint32_t bit)
-{
-    bool had = (bits[bit / 64] >> bit % 64 & 1) != 0;
-    bits[bit / 64] |= 1ull << bit % 64;
-    return had;
-}
-
-static void place_corner(displaced_reader *reader, displaced_triangle triangle, uint32_t k)
-{
-    uint32_t vertex = displaced_corner(triangle, (k + reader->use.rotation) % 3);
-    reader->corner_is_new[k] = !take_bit(reader->known_vertices, vertex);
-    if (reader->corner_is_new[k]) {
-        reader->first_of_vertex[vertex] = (uint8_t)reader->vertex_count++;
-    }
-    reader->corner_at[k] = reader->first_of_vertex[vertex];
-}
-
-static void place_edge(displaced_reader *reader, displaced_triangle triangle, uint32_t k, uint32_t within)
-{
-    uint32_t own = (k + reader->use.rotation) % 3;
-    uint32_t edge = displaced_edge_of(triangle, own);
-    bool turned = !displaced_goes_along(triangle, own);
-    reader->edge_is_new[k] = !take_bit(reader->known_edges, edge);
-    if (reader->edge_is_new[k]) {
-        reader->first_of_edge[edge] = (uint8_t)reader->vertex_count;
-        reader->vertex_count += within;
-        reader->turned_edges[edge / 64] |= (uint64_t)turned << edge % 64;
-    }
-    bool falls = turned != ((reader->turned_edges[edge / 64] >> edge % 64 & 1) != 0);
-    reader->edge_falls[k] = falls;
-    reader->edge_at[k] = (uint8_t)(reader->first_of_edge[edge] + (falls && within != 0 ? within - 1 : 0));
-}
-
-// Corners come first, then the points within the edges, then those inside.
-static void place_shared(displaced_reader *reader)
-{
-    displaced_triangle triangle = reader->unit->triangles[reader->cluster->first_triangle + reader->leaf.triangle];
-    uint32_t factors = pattern_own_factors(*reader->use.pattern);
-    for (uint32_t k = 0; k < 3; k++) {
-        place_corner(reader, triangle, k);
-    }
-    for (uint32_t k = 0; k < 3; k++) {
-        place_edge(reader, triangle, k, pattern_factor(factors, k) - 1);
-    }
-    reader->inside_at = (uint8_t)reader->vertex_count;
-    reader->vertex_count += pattern_vertices(*reader->use.pattern) - pattern_edge_begin(factors, 3);
-}
-
-bool clast_displaced_next(displaced_reader *reader)
-{
-    if (reader->next == reader->leaf_count) {
-        return false;
-    }
-    read_leaf(reader);
-    if (reader->whole || reader->leaf.split) {
-        place_alone(reader);
-    } else {
-        place_shared(reader);
+        read_split(reader);
     }
     return true;
 }
 
-uint32_t clast_displaced_place(const displaced_reader *reader, uint32_t vertex)
+// ---------------------------------------------------------------------------------------------------------- layouts
+
+// Which vertices and edges the leaves share: those of whole triangles.
+static void mark_shared(displaced_reader reader, displaced_layout *layout)
 {
-    if (vertex < 3) {
-        return reader->corner_at[vertex];
+    const displaced_unit *unit = reader.unit;
+    for (uint32_t i = 0; i < reader.leaf_count; i++) {
+        uint32_t word = reader.words[i];
+        if ((word >> DISPLACED_LEAF_SPLIT_BIT & 1) != 0) {
+            continue;
+        }
+        displaced_triangle triangle = unit->triangles[reader.cluster->first_triangle + (word & 255)];
+        uint32_t factors = word >> DISPLACED_LEAF_TRIANGLE_BITS;
+        for (uint32_t k = 0; k < 3; k++) {
+            layout->vertices[displaced_corner(triangle, k)] = 1;
+            layout->factors[displaced_edge_of(triangle, k)] = (uint8_t)pattern_factor(factors, k);
+        }
+        layout->by_owners = layout->by_owners || !displaced_is_plain(triangle);
     }
-    uint32_t factors = pattern_own_factors(*reader->use.pattern);
-    for (uint32_t k = 0; k < 3; k++) {
-        uint32_t begin = pattern_edge_begin(factors, k);
-        if (vertex < pattern_edge_begin(factors, k + 1)) {
-            uint32_t step = vertex - begin;
-            return reader->edge_falls[k] ? reader->edge_at[k] - step : reader->edge_at[k] + step;
+}
+
+void clast_displaced_lay_out(const displaced_reader *reader, displaced_layout *layout)
+{
+    uint32_t vertex_count = reader->cluster->vertex_count, edge_count = reader->cluster->edge_count;
+    memset(layout->vertices, 0, vertex_count);
+    memset(layout->factors, 0, edge_count);
+    layout->by_owners = false;
+    mark_shared(*reader, layout);
+    // nothing here asks whether: what is not there moves nothing on
+    uint32_t count = 0, listed = 0;
+    for (uint32_t i = 0; i < vertex_count; i++) {
+        layout->vertex_at[i] = (uint8_t)count;
+        layout->vertex_list[count] = (uint8_t)i;
+        count += layout->vertices[i];
+    }
+    layout->vertex_count = count;
+    for (uint32_t i = 0; i < edge_count; i++) {
+        uint32_t factor = layout->factors[i];
+        layout->edge_at[i] = (uint8_t)count;
+        layout->edge_list[listed] = (uint16_t)i;
+        count += factor - (factor != 0);
+        listed += factor > 1;
+    }
+    layout->edge_count = listed;
+    layout->shared_count = count;
+}
+
+// --------------------------------------------------------------------------------------------------------- corners
+
+static void place_edge(const displaced_layout *layout, displaced_triangle triangle, uint32_t own, uint32_t within,
+                       uint8_t *places)
+{
+    uint32_t first = layout->edge_at[displaced_edge_of(triangle, own)];
+    bool along = displaced_goes_along(triangle, own);
+    uint32_t place = along ? first : first + within - 1, step = along ? 1u : ~0u;
+    for (uint32_t i = 0; i < within; i++, place += step) {
+        places[i] = (uint8_t)place;
+    }
+}
+
+// Where the vertices of a leaf's pattern are in the record; `own_at` is where its own begin. Gives where those of the next do.
+static uint32_t place_leaf(const displaced_reader *reader, const displaced_layout *layout, uint32_t own_at,
+                           uint8_t places[PATTERN_VERTICES])
+{
+    uint32_t factors = pattern_own_factors(*reader->use.pattern), count = pattern_vertices(*reader->use.pattern);
+    uint32_t shared = 0;
+    if (!reader->leaf.split) {
+        displaced_triangle triangle = reader->unit->triangles[reader->cluster->first_triangle + reader->leaf.triangle];
+        shared = 3;
+        for (uint32_t k = 0; k < 3; k++) {
+            uint32_t own = (k + reader->use.rotation) % 3, within = pattern_factor(factors, k) - 1;
+            places[k] = layout->vertex_at[displaced_corner(triangle, own)];
+            place_edge(layout, triangle, own, within, places + shared);
+            shared += within;
         }
     }
-    return reader->inside_at + (vertex - pattern_edge_begin(factors, 3));
+    for (uint32_t i = shared; i < count; i++) {
+        places[i] = (uint8_t)own_at++;
+    }
+    return own_at;
 }
 
 void clast_displaced_corners(const clast_unit *base, const clast_cluster_record *record, const uint32_t *words,
@@ -154,17 +150,19 @@ void clast_displaced_corners(const clast_unit *base, const clast_cluster_record 
 {
     const displaced_unit *unit = clast_displaced_of(base);
     displaced_reader reader = clast_displaced_read(unit, record, words);
+    displaced_layout layout;
+    clast_displaced_lay_out(&reader, &layout);
+    uint32_t own_at = layout.shared_count;
     uint8_t *to = corners;
     while (clast_displaced_next(&reader)) {
         uint8_t places[PATTERN_VERTICES];
-        for (uint32_t i = 0; i < pattern_vertices(*reader.use.pattern); i++) {
-            places[i] = (uint8_t)clast_displaced_place(&reader, i);
-        }
+        own_at = place_leaf(&reader, &layout, own_at, places);
         const uint32_t *triangles = unit->patterns->triangles + reader.use.pattern->first_triangle;
-        for (uint32_t i = 0; i < pattern_triangles(*reader.use.pattern); i++) {
-            for (uint32_t k = 0; k < 3; k++) {
-                *to++ = places[triangles[i] >> 8 * k & 255];
-            }
+        uint32_t count = pattern_triangles(*reader.use.pattern);
+        for (uint32_t i = 0; i < count; i++, to += 3) {
+            to[0] = places[triangles[i] & 255];
+            to[1] = places[triangles[i] >> 8 & 255];
+            to[2] = places[triangles[i] >> 16 & 255];
         }
     }
 }

@@ -158,11 +158,12 @@ static bool lies_within(const clast_box *box, vec3 point)
     return within;
 }
 
-// What faces away is hidden where the surface is closed and the eye outside of it; of what moves the latter is not known.
+// What faces away is hidden where the surface is closed and opaque and the eye outside of it; of what moves the latter is not
+// known.
 clast_rate_view clast_displaced_rate_view(const displaced_unit *unit, const clast_pose *pose,
                                           const clast_source_view *view)
 {
-    bool faces = unit->closed && pose->positions == NULL;
+    bool faces = unit->closed && unit->opaque && pose->positions == NULL;
     if (faces) {
         clast_box box = clast_source_of(&unit->base)->bounds(&unit->base, pose);
         faces = !lies_within(&box, load3(view->eye));
@@ -170,57 +171,11 @@ clast_rate_view clast_displaced_rate_view(const displaced_unit *unit, const clas
     return rate_view(*view, faces ? 1u : 0u);
 }
 
-static uint32_t in_steps(float level)
-{
-    return (uint32_t)(level * (float)HEIGHT_LEVEL_STEPS); // exact
-}
-
-// The vertices of a cluster, displaced as at rest.
-typedef struct cluster_points {
-    vec3 positions[CLUSTER_VERTICES], normals[CLUSTER_VERTICES];
-    clast_rate_point points[CLUSTER_VERTICES];
-} cluster_points;
-
-static const displaced_vertex *look_at_vertex(const displaced_unit *unit, const clast_pose *pose,
-                                              const clast_rate_view *view, const displaced_cluster *cluster, uint32_t i,
-                                              cluster_points *at)
-{
-    const displaced_vertex *vertex = displaced_vertex_of(unit, cluster, i);
-    at->positions[i] = clast_displaced_position(unit, pose, vertex);
-    at->normals[i] = clast_displaced_normal(unit, pose, vertex);
-    vec3 moved = displaced_point(at->positions[i], at->normals[i], vertex->height * pose->displacement_scale);
-    at->points[i] = rate_point(*view, moved, at->normals[i]);
-    return vertex;
-}
-
-static vec3 middle_of(const displaced_unit *unit, const cluster_points *at, uint32_t a, uint32_t b)
-{
-    vec3 sum = at->positions[a] + at->positions[b];
-    if (!unit->curved) {
-        return sum * 0.5f;
-    }
-    vec3 bent = curved_edge_term(at->positions[a], at->positions[b], at->normals[a], at->normals[b], 0.5f, 0.5f);
-    return sum * 0.125f + bent * 3.0f;
-}
-
-static float wanted_of(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
-                       const cluster_points *at, displaced_edge edge)
-{
-    uint32_t a = edge.ends & 255, b = edge.ends >> 8 & 255;
-    if (a == b) {
-        return 1.0f; // from a point to itself
-    }
-    vec3 normal = (at->normals[a] + at->normals[b]) * 0.5f;
-    vec3 moved = displaced_point(middle_of(unit, at, a, b), normal, edge.height * pose->displacement_scale);
-    return edge_wanted(*view, at->points[a], rate_point(*view, moved, normal), at->points[b]);
-}
-
 // The last vertex again up to a whole number of lanes.
 static void gather_points(const displaced_unit *unit, const clast_pose *pose, const displaced_cluster *cluster,
                           clast_rate_points *points)
 {
-    enum { LANES_MOST = 16 };
-    uint32_t end = (cluster->vertex_count + LANES_MOST - 1) / LANES_MOST * LANES_MOST;
+    uint32_t end = (cluster->vertex_count + RATE_LANES_MOST - 1) / RATE_LANES_MOST * RATE_LANES_MOST;
     for (uint32_t i = 0; i < end; i++) {
         const displaced_vertex *vertex = displaced_vertex_of(unit, cluster, min_uint(i, cluster->vertex_count - 1));
         vec3 position = clast_displaced_position(unit, pose, vertex),
@@ -253,43 +208,25 @@ void clast_displaced_rates(const displaced_unit *unit, const clast_pose *pose, c
     kernels->edges(view, &edges, rates->factors);
 }
 
+static vec3 middle_of(const displaced_unit *unit, const vec3 p[2], const vec3 n[2])
+{
+    vec3 sum = p[0] + p[1];
+    return unit->curved ? sum * 0.125f + curved_edge_term(p[0], p[1], n[0], n[1], 0.5f, 0.5f) * 3.0f : sum * 0.5f;
+}
+
 float clast_displaced_wanted(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
                              const displaced_cluster *cluster, uint32_t edge)
 {
-    cluster_points at;
     displaced_edge of = unit->edges[cluster->first_edge + edge];
-    look_at_vertex(unit, pose, view, cluster, of.ends & 255, &at);
-    look_at_vertex(unit, pose, view, cluster, of.ends >> 8 & 255, &at);
-    return wanted_of(unit, pose, view, &at, of);
-}
-
-// ------------------------------------------------------------------------------------------------- parts of triangles
-
-uint32_t clast_displaced_level(const displaced_unit *unit, const clast_rate_view *view, const displaced_face *face,
-                               clast_weights at)
-{
-    const displaced_vertex *const *v = face->vertices;
-    float density = blend1(v[0]->density_square, v[1]->density_square, v[2]->density_square, at);
-    float shortest = blend1(v[0]->shortest_square, v[1]->shortest_square, v[2]->shortest_square, at);
-    vec3 camera = transform_point(view->to_camera, clast_displaced_base(unit, face, at));
-    return in_steps(vertex_level(*view, camera, density, shortest));
-}
-
-static clast_rate_point point_at(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
-                                 const displaced_face *face, clast_weights at)
-{
-    displaced_site site = clast_displaced_site(unit, face, at);
-    float level = (float)clast_displaced_level(unit, view, face, at) * (1.0f / (float)HEIGHT_LEVEL_STEPS);
-    float height = clast_displaced_height(site.map, site.coordinates, level) * pose->displacement_scale;
-    vec3 normal = blend3(face->normals[0], face->normals[1], face->normals[2], at);
-    vec3 moved = displaced_point(clast_displaced_base(unit, face, at), normal, height);
-    return rate_point(*view, moved, normal);
-}
-
-uint32_t clast_displaced_factor(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
-                                const displaced_face *face, clast_weights a, clast_weights b)
-{
-    clast_rate_point middle = point_at(unit, pose, view, face, weights_of_middle(a, b));
-    float wanted = edge_wanted(*view, point_at(unit, pose, view, face, a), middle, point_at(unit, pose, view, face, b));
-    return edge_factor(wanted, weights_apart(a, b));
+    vec3 p[2], n[2];
+    clast_rate_point ends[2];
+    for (uint32_t k = 0; k < 2; k++) {
+        const displaced_vertex *vertex = displaced_vertex_of(unit, cluster, of.ends >> 8 * k & 255);
+        p[k] = clast_displaced_position(unit, pose, vertex);
+        n[k] = clast_displaced_normal(unit, pose, vertex);
+        ends[k] = rate_point(*view, displaced_point(p[k], n[k], vertex->height * pose->displacement_scale), n[k]);
+    }
+    vec3 normal = (n[0] + n[1]) * 0.5f;
+    vec3 moved = displaced_point(middle_of(unit, p, n), normal, of.height * pose->displacement_scale);
+    return edge_wanted(*view, ends[0], rate_point(*view, moved, normal), ends[1]);
 }

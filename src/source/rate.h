@@ -7,7 +7,10 @@
 #include "base/isa.h"
 #include "shared/tessellation.h"
 
-enum { RATE_POINTS = 128 }; // most points of a cluster or of a pattern
+enum {
+    RATE_POINTS = 128,    // most points of a cluster or of a pattern
+    RATE_LANES_MOST = 16, // as many are read and written at once
+};
 
 // Points of a surface, displaced by a height each, by array.
 typedef struct clast_rate_points {
