@@ -3,8 +3,8 @@
 // farthest depths that it saw; an instance that lies behind them is hidden. So a frame's picture does not depend on the
 // frames before. Nothing is done where no unit adapts, where nothing else is there, or where being hidden changes nothing.
 //
-// The depths err to the far side: to them comes how far a unit may be from its coarse form; each is the farthest of its
-// neighbours; transparent surfaces, and backs of triangles, hide nothing.
+// The depths err to the far side: to them comes how far a unit may be from its coarse form; each is the farthest of as many
+// neighbours as that may be in the picture, and one more; transparent surfaces, and backs of triangles, hide nothing.
 #include <math.h>
 
 #include "base/thread.h"
@@ -13,9 +13,10 @@
 #include "shared/transform.h"
 
 enum {
-    PIXELS = 8,     // of the picture, to a side of a depth
-    TILE = 8,       // depths, to a side: rays that go together
-    LOOKED_AT = 32, // depths, to a side, that a box is compared with
+    PIXELS = 8,      // of the picture, to a side of a depth
+    TILE = 8,        // depths, to a side: rays that go together
+    LOOKED_AT = 32,  // depths, to a side, that a box is compared with
+    RADIUS_MOST = 4, // depths that a surface may be off
     INSTANCE_GRAIN = 64,
 };
 
@@ -119,10 +120,10 @@ static clast_status begin_depths(clast_frame *frame)
     uint32_t height = (frame->settings.height + PIXELS - 1) / PIXELS;
     pyramid->width = width > 0 ? width : 1;
     pyramid->height = height > 0 ? height : 1;
-    size_t first = (size_t)pyramid->width * pyramid->height;
-    pyramid->first = first; // what was traced comes before the levels
+    size_t count = (size_t)pyramid->width * pyramid->height;
+    pyramid->first = 2 * count; // what was traced comes before the levels: depths, and how many depths they may be off
     return CLAST_RESERVE(frame->context, pyramid->depths, pyramid->capacity,
-                         first + pyramid_size(pyramid->width, pyramid->height));
+                         pyramid->first + pyramid_size(pyramid->width, pyramid->height));
 }
 
 // How far behind a hit the surface may be.
@@ -131,31 +132,46 @@ static float slack_of(const clast_frame *frame, const clast_frame_instance *inst
     const clast_frame_unit *unit = &frame->units[instance->unit];
     const clast_source *source = clast_source_of(unit->unit);
     float slack = source->deviation != NULL ? source->deviation(unit->unit, &unit->pose) : 0.0f;
-    float square = 0.0f; // at least that of the longest that a unit length becomes
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        const float *row = instance->to_world.rows[axis].v;
-        square += row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
+    // The longest that a unit length becomes: its square is the largest eigenvalue of the map's square, which is at most a
+    // row's sum (Gershgorin); exactly that where lengths are scaled alike.
+    float most = 0.0f;
+    for (uint32_t i = 0; i < 3; i++) {
+        float sum = 0.0f;
+        for (uint32_t j = 0; j < 3; j++) {
+            float product = 0.0f;
+            for (uint32_t k = 0; k < 3; k++) {
+                product += instance->to_world.rows[k].v[i] * instance->to_world.rows[k].v[j];
+            }
+            sum += abs1(product);
+        }
+        most = max1(most, sum);
     }
-    return slack * sqrtf(square);
+    return slack * sqrtf(most);
 }
 
-// Surfaces that may be elsewhere in the picture, by more than a depth is wide, hide nothing.
-static float depth_of(const clast_frame *frame, const clast_camera_ray *ray, const clast_hit *hit)
+// What a ray saw: the depth, and how far off it may be in the picture.
+typedef struct seen_depth {
+    float depth, radius;
+} seen_depth;
+
+static seen_depth depth_of(const clast_frame *frame, const clast_camera_ray *ray, const clast_hit *hit)
 {
     const clast_camera *camera = &frame->settings.rate_camera;
     const float *d = ray->direction.v, *n = hit->normal;
     if (hit->instance == CLAST_NONE || !(n[0] * d[0] + n[1] * d[1] + n[2] * d[2] < 0.0f)) {
-        return INFINITY;
+        return (seen_depth){INFINITY, 0.0f};
     }
     float depth = camera_depth(*camera, *ray, hit->t), slack = slack_of(frame, &frame->instances[hit->instance]);
     float pixels = slack * (float)frame->settings.height / (2.0f * camera->vertical_extent);
     bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
-    return pixels <= (float)PIXELS * (parallel ? 1.0f : depth) ? depth + slack : INFINITY;
+    float radius = floorf(pixels / ((float)PIXELS * (parallel ? 1.0f : depth)));
+    return radius <= (float)RADIUS_MOST ? (seen_depth){depth + slack, radius} : (seen_depth){INFINITY, 0.0f};
 }
 
 static void trace_tile(const clast_frame *frame, uint32_t left, uint32_t top)
 {
     const clast_depth_pyramid *pyramid = &frame->pyramid;
+    size_t count = (size_t)pyramid->width * pyramid->height;
     clast_camera_ray from[TILE * TILE];
     clast_ray rays[TILE * TILE];
     clast_hit hits[TILE * TILE];
@@ -172,7 +188,10 @@ static void trace_tile(const clast_frame *frame, uint32_t left, uint32_t top)
     for (uint32_t i = 0; i < TILE * TILE; i++) {
         uint32_t x = left + i % TILE, y = top + i / TILE;
         if (x < pyramid->width && y < pyramid->height) {
-            pyramid->depths[(size_t)y * pyramid->width + x] = depth_of(frame, &from[i], &hits[i]);
+            size_t at = (size_t)y * pyramid->width + x;
+            seen_depth seen = depth_of(frame, &from[i], &hits[i]);
+            pyramid->depths[at] = seen.depth;
+            pyramid->depths[count + at] = seen.radius;
         }
     }
 }
@@ -208,11 +227,13 @@ static float farthest(const float *level, int64_t width, int64_t height, int64_t
 static void build_levels(clast_depth_pyramid *pyramid)
 {
     int64_t width = pyramid->width, height = pyramid->height;
-    const float *from = pyramid->depths;
+    const float *from = pyramid->depths, *radii = from + width * height;
     float *to = pyramid->depths + pyramid->first;
-    for (int64_t i = 0; i < width * height; i++) { // with all neighbours
+    for (int64_t i = 0; i < width * height; i++) {
         int64_t x = i % width, y = i / width;
-        to[i] = farthest(from, width, height, x - 1, y - 1, x + 2, y + 2);
+        int64_t r = 1 + (int64_t)farthest(radii, width, height, x - RADIUS_MOST, y - RADIUS_MOST, x + RADIUS_MOST + 1,
+                                          y + RADIUS_MOST + 1);
+        to[i] = farthest(from, width, height, x - r, y - r, x + r + 1, y + r + 1);
     }
     pyramid->level_count = 1;
     while (width > 1 || height > 1) {
