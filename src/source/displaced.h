@@ -17,7 +17,8 @@
 enum {
     DISPLACED_EDGES = 3 * CLUSTER_TRIANGLES, // most edges of a cluster
     DISPLACED_NO_SEAM = 0xffff,
-    DISPLACED_NO_MAP = 0, // the first map moves nothing
+    DISPLACED_NO_MAP = 0,     // the first map moves nothing
+    DISPLACED_FACTORS = 4096, // numbers of pattern_factors()
 };
 
 // A displacement texture as a material uses it.
@@ -86,8 +87,10 @@ typedef struct displaced_unit {
     clast_height_store *heights;
     const clast_pattern_table *patterns;
     uint32_t first_pattern; // template of the first pattern
+    uint16_t *pattern_uses; // pattern_use() by factors: the number, and above its 9 bits the rotation
     bool curved;
-    bool closed;    // each edge has one triangle to each side
+    bool closed;    // each edge has as many triangles to either side
+    bool opaque;    // nothing is seen through it
     bool displaced; // some map moves something
     displaced_cluster *clusters;
     displaced_triangle *triangles;
@@ -221,17 +224,26 @@ void clast_displaced_rates(const displaced_unit *unit, const clast_pose *pose, c
 float clast_displaced_wanted(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
                              const displaced_cluster *cluster, uint32_t edge);
 
+// ----------------------------------------------------------------------------------------------------------- splits
+
 // A corner of a part of a triangle.
 typedef struct displaced_leaf_corner {
     clast_weights at;
     uint32_t level; // in HEIGHT_LEVEL_STEPS
 } displaced_leaf_corner;
 
-// The level at a point, and the segments of the edge between two points that splitting made.
-uint32_t clast_displaced_level(const displaced_unit *unit, const clast_rate_view *view, const displaced_face *face,
-                               clast_weights at);
-uint32_t clast_displaced_factor(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
-                                const displaced_face *face, clast_weights a, clast_weights b);
+typedef struct displaced_part {
+    displaced_leaf_corner corners[3];
+    uint32_t factors[3];
+} displaced_part;
+
+// Takes the parts of a triangle, of at most PATTERN_SEGMENTS an edge, one after the other; false for no more of them.
+typedef bool (*displaced_part_function)(void *user, const displaced_part *part);
+
+// Splits a triangle of a cluster whose edges need more. Depth first, children in the order of their pattern.
+void clast_displaced_split(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
+                           const displaced_cluster *cluster, uint32_t triangle, const displaced_part *whole,
+                           displaced_part_function function, void *user);
 
 // ----------------------------------------------------------------------------------------------------------- leaves
 
@@ -265,8 +277,8 @@ typedef struct displaced_pattern {
 
 static inline displaced_pattern displaced_pattern_of(const displaced_unit *unit, uint32_t factors)
 {
-    clast_pattern_use use = pattern_use(factors);
-    return (displaced_pattern){&unit->patterns->patterns[use.number], use.number, use.rotation};
+    uint32_t use = unit->pattern_uses[factors];
+    return (displaced_pattern){&unit->patterns->patterns[use & 511], use & 511, use >> 9};
 }
 
 // Reads the leaves of a record.
