@@ -5,6 +5,7 @@
 #ifndef CLAST_LOAD_ACCOUNT_H
 #define CLAST_LOAD_ACCOUNT_H
 
+#include "clast/image.h"
 #include "load/bytes.h"
 #include "scene/scene.h"
 
@@ -15,5 +16,7 @@ static inline void clast_account_read(clast_scene *scene, uint64_t bytes)
 
 // Counts `count` elements of `size` bytes; LIMIT where they would pass the bound, with a text that begins with `name`.
 clast_status clast_account_make(clast_scene *scene, const char *name, uint64_t count, uint64_t size);
+// Reads a picture of a scene's, and counts it. The pixels are the caller's.
+clast_status clast_account_image(clast_scene *scene, const char *path, clast_image *image);
 
 #endif

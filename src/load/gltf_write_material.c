@@ -24,7 +24,7 @@ static void use_extension(clast_gltf_writer *writer, const char *name)
 static clast_status to_bytes(clast_context *context, const char *name, const clast_image *image, bool is_colour,
                              clast_image *bytes)
 {
-    clast_status status = clast_image_allocate(context, name, image->width, image->height, image->channels,
+    clast_status status = clast_image_allocate(context, name, UINT64_MAX, image->width, image->height, image->channels,
                                                CLAST_PIXEL_UNORM8, bytes);
     if (status != CLAST_OK) {
         return status;

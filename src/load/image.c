@@ -4,8 +4,18 @@
 
 #include "load/load.h"
 
-clast_status clast_image_allocate(clast_context *context, const char *name, uint64_t width, uint64_t height,
-                                  uint32_t channels, clast_pixel_type type, clast_image *image)
+clast_status clast_image_check_size(clast_context *context, const char *name, uint64_t stored, uint64_t size)
+{
+    uint64_t most = clast_unpacked_most(stored);
+    return size <= most
+               ? CLAST_OK
+               : clast_fail(context, CLAST_ERROR_LIMIT,
+                            "%s: a picture that takes %llu bytes: at most %llu are read from a file of %llu", name,
+                            (unsigned long long)size, (unsigned long long)most, (unsigned long long)stored);
+}
+
+clast_status clast_image_allocate(clast_context *context, const char *name, uint64_t stored, uint64_t width,
+                                  uint64_t height, uint32_t channels, clast_pixel_type type, clast_image *image)
 {
     *image = (clast_image){0};
     if (width == 0 || height == 0) {
@@ -17,9 +27,9 @@ clast_status clast_image_allocate(clast_context *context, const char *name, uint
                           name, (unsigned long long)width, (unsigned long long)height, CLAST_IMAGE_SIDE);
     }
     uint64_t size = width * height * channels * clast_pixel_size(type); // below 2^37: no overflow
-    if (size > CLAST_IMAGE_BYTES) {
-        return clast_fail(context, CLAST_ERROR_LIMIT, "%s: an image of %llu bytes: at most %llu are read", name,
-                          (unsigned long long)size, (unsigned long long)CLAST_IMAGE_BYTES);
+    clast_status status = clast_image_check_size(context, name, stored, size);
+    if (status != CLAST_OK) {
+        return status;
     }
     void *pixels = clast_allocate(context, (size_t)size, 1);
     if (pixels == NULL) {

@@ -10,16 +10,18 @@
 
 // Bounds on hostile headers: what is larger is refused before anything is allocated.
 enum { CLAST_IMAGE_SIDE = 65536 };
-#define CLAST_IMAGE_BYTES ((uint64_t)1 << 30)
 
 static inline size_t clast_pixel_size(clast_pixel_type type)
 {
     return type == CLAST_PIXEL_UNORM8 ? 1 : type == CLAST_PIXEL_UNORM16 ? 2 : 4;
 }
 
+// Whether a picture from a file of `stored` bytes may take `size` bytes of memory: LIMIT where that passes clast_unpacked_most().
+clast_status clast_image_check_size(clast_context *context, const char *name, uint64_t stored, uint64_t size);
+
 // Checks the limits, allocates and fills `image`; its pixels are undefined yet.
-clast_status clast_image_allocate(clast_context *context, const char *name, uint64_t width, uint64_t height,
-                                  uint32_t channels, clast_pixel_type type, clast_image *image);
+clast_status clast_image_allocate(clast_context *context, const char *name, uint64_t stored, uint64_t width,
+                                  uint64_t height, uint32_t channels, clast_pixel_type type, clast_image *image);
 
 // Copies the first line of what a library or a hostile file says, with ? for what does not print.
 void clast_copy_line(char *to, size_t size, const char *text);

@@ -166,6 +166,7 @@ clast_status clast_dds_decode(clast_context *context, const char *name, clast_by
     }
     clast_texel_format format;
     clast_status status = find_format(context, name, &header, newer, &format);
-    return status == CLAST_OK ? clast_texel_decode(context, name, &format, pixels, header.width, header.height, image)
-                              : status;
+    return status == CLAST_OK
+               ? clast_texel_decode(context, name, &format, pixels, bytes.size, header.width, header.height, image)
+               : status;
 }

@@ -220,12 +220,10 @@ static clast_status check_sizes(exr_reader *reader)
         (uint64_t)chunks > reader->bytes.size / 8) {
         return malformed(reader, "the file is too short for its chunk table");
     }
-    if (exr_get_chunk_unpacked_size(reader->file, reader->part, &unpacked) != EXR_ERR_SUCCESS ||
-        unpacked > CLAST_IMAGE_BYTES) {
-        return clast_fail(reader->context, CLAST_ERROR_LIMIT, "%s: EXR: a chunk is larger than %llu bytes",
-                          reader->name, (unsigned long long)CLAST_IMAGE_BYTES);
+    if (exr_get_chunk_unpacked_size(reader->file, reader->part, &unpacked) != EXR_ERR_SUCCESS) {
+        return malformed(reader, "the chunks have no size");
     }
-    return CLAST_OK;
+    return clast_image_check_size(reader->context, reader->name, reader->bytes.size, unpacked);
 }
 
 // 16-bit IEEE 754.
@@ -409,8 +407,8 @@ static clast_status read_pixels(exr_reader *reader)
         status = malformed(reader, "the display window is empty");
     }
     if (status == CLAST_OK) {
-        status = clast_image_allocate(reader->context, reader->name, width, height, reader->channel_count,
-                                      CLAST_PIXEL_FLOAT, &reader->image);
+        status = clast_image_allocate(reader->context, reader->name, reader->bytes.size, width, height,
+                                      reader->channel_count, CLAST_PIXEL_FLOAT, &reader->image);
     }
     if (status != CLAST_OK) {
         return status;

@@ -238,7 +238,7 @@ clast_status clast_hdr_decode(clast_context *context, const char *name, clast_by
     if (height > bytes.size) {
         return malformed(&reader, "the file is too short for the size of its picture");
     }
-    status = clast_image_allocate(context, name, width, height, 3, CLAST_PIXEL_FLOAT, image);
+    status = clast_image_allocate(context, name, bytes.size, width, height, 3, CLAST_PIXEL_FLOAT, image);
     if (status != CLAST_OK) {
         return status;
     }

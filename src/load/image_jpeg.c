@@ -65,8 +65,8 @@ static clast_status decode_cmyk(clast_context *context, const char *name, tjhand
                                 clast_image *image)
 {
     clast_image cmyk;
-    clast_status status = clast_image_allocate(context, name, image->width, image->height, 4, CLAST_PIXEL_UNORM8,
-                                               &cmyk);
+    clast_status status = clast_image_allocate(context, name, bytes.size, image->width, image->height, 4,
+                                               CLAST_PIXEL_UNORM8, &cmyk);
     if (status == CLAST_OK) {
         status = decompress(context, name, handle, bytes, image, (void *)cmyk.pixels, TJPF_CMYK);
     }
@@ -86,7 +86,7 @@ static clast_status decode(clast_context *context, const char *name, tjhandle ha
         return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: JPEG: %s", name, tjGetErrorStr2(handle));
     }
     uint32_t channels = space == TJCS_GRAY ? 1 : 3;
-    clast_status status = clast_image_allocate(context, name, (uint64_t)width, (uint64_t)height, channels,
+    clast_status status = clast_image_allocate(context, name, bytes.size, (uint64_t)width, (uint64_t)height, channels,
                                                CLAST_PIXEL_UNORM8, image);
     if (status != CLAST_OK) {
         return status;

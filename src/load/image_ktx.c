@@ -90,8 +90,8 @@ static clast_status check_shape(const ktx_reader *reader, uint32_t depth, uint32
 
 static clast_status decode_texels(ktx_reader *reader, clast_bytes texels, clast_image *image)
 {
-    clast_status status = clast_texel_decode(reader->context, reader->name, &reader->format, texels, reader->width,
-                                             reader->height, image);
+    clast_status status = clast_texel_decode(reader->context, reader->name, &reader->format, texels, reader->bytes.size,
+                                             reader->width, reader->height, image);
     if (status == CLAST_OK) {
         orient(reader, image);
     }
@@ -307,9 +307,9 @@ static clast_status decode_packed(ktx_reader *reader, clast_bytes level, uint64_
     if (!clast_texel_image_size(&reader->format, reader->width, reader->height, &expected) || size != expected) {
         return malformed(reader, "a packed level has another size than its pixels");
     }
-    if (size > CLAST_IMAGE_BYTES) {
-        return clast_fail(reader->context, CLAST_ERROR_LIMIT, "%s: KTX: a level of %llu bytes: at most %llu are read",
-                          reader->name, (unsigned long long)size, (unsigned long long)CLAST_IMAGE_BYTES);
+    clast_status status = clast_image_check_size(reader->context, reader->name, reader->bytes.size, size);
+    if (status != CLAST_OK) {
+        return status;
     }
     if (ZSTD_getFrameContentSize(level.data, (size_t)level.size) == ZSTD_CONTENTSIZE_ERROR) {
         return malformed(reader, "a packed level is not of zstd");
@@ -319,7 +319,6 @@ static clast_status decode_packed(ktx_reader *reader, clast_bytes level, uint64_
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     size_t got = ZSTD_decompress(texels, (size_t)size, level.data, (size_t)level.size);
-    clast_status status = CLAST_OK;
     if (ZSTD_isError(got) || got != size) {
         status = clast_fail(reader->context, CLAST_ERROR_MALFORMED, "%s: KTX: zstd: %s", reader->name,
                             ZSTD_isError(got) ? ZSTD_getErrorName(got) : "the level ends early");

@@ -37,8 +37,8 @@ clast_status clast_pfm_decode(clast_context *context, const char *name, clast_by
         return clast_fail(context, CLAST_ERROR_MALFORMED, "%s: PFM: the width, height or scale is not one", name);
     }
     uint32_t channels = bytes.data[1] == 'F' ? 3 : 1;
-    clast_status status = clast_image_allocate(context, name, (uint64_t)values[0], (uint64_t)values[1], channels,
-                                               CLAST_PIXEL_FLOAT, image);
+    clast_status status = clast_image_allocate(context, name, bytes.size, (uint64_t)values[0], (uint64_t)values[1],
+                                               channels, CLAST_PIXEL_FLOAT, image);
     if (status != CLAST_OK) {
         return status;
     }

@@ -106,7 +106,7 @@ static bool read_header(png_job *job)
     png_set_interlace_handling(png);
     png_read_update_info(png, job->info);
     clast_pixel_type type = png_get_bit_depth(png, job->info) == 16 ? CLAST_PIXEL_UNORM16 : CLAST_PIXEL_UNORM8;
-    job->status = clast_image_allocate(job->context, job->name, png_get_image_width(png, job->info),
+    job->status = clast_image_allocate(job->context, job->name, job->bytes.size, png_get_image_width(png, job->info),
                                        png_get_image_height(png, job->info), png_get_channels(png, job->info), type,
                                        &job->image);
     return job->status == CLAST_OK;

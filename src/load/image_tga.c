@@ -228,11 +228,15 @@ clast_status clast_tga_decode(clast_context *context, const char *name, clast_by
     if (reader.position > bytes.size || least > bytes.size - reader.position) {
         return malformed(&reader, "the file is too short for the size of its picture");
     }
+    status = clast_image_check_size(context, name, bytes.size, count * 2 * reader.format.size);
+    if (status != CLAST_OK) {
+        return status;
+    }
     unsigned char *texels = clast_allocate(context, (size_t)count, reader.format.size);
     status = texels != NULL ? read_pixels(&reader, texels) : CLAST_ERROR_OUT_OF_MEMORY;
     if (status == CLAST_OK) {
         status = clast_texel_decode(context, name, &reader.format, (clast_bytes){texels, count * reader.format.size},
-                                    header->width, header->height, image);
+                                    bytes.size, header->width, header->height, image);
     }
     clast_free(context, texels);
     return status;

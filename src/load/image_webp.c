@@ -35,7 +35,7 @@ clast_status clast_webp_decode(clast_context *context, const char *name, clast_b
         return clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: WebP: a moving picture: expected one image", name);
     }
     uint32_t channels = config.input.has_alpha ? 4 : 3;
-    clast_status status = clast_image_allocate(context, name, (uint64_t)config.input.width,
+    clast_status status = clast_image_allocate(context, name, bytes.size, (uint64_t)config.input.width,
                                                (uint64_t)config.input.height, channels, CLAST_PIXEL_UNORM8, image);
     if (status != CLAST_OK) {
         return status;

@@ -3,6 +3,7 @@
 // those are packed here.
 #include <stdio.h>
 
+#include "load/account.h"
 #include "load/image.h"
 #include "load/mtl.h"
 
@@ -13,15 +14,15 @@ static bool can_do_without(clast_status status)
 }
 
 // Reads a map's image. Where that fails for the file's fault, warns and leaves the image empty.
-static clast_status read_image(clast_context *context, const clast_mtl_map *map, clast_image *image)
+static clast_status read_image(clast_scene *scene, const clast_mtl_map *map, clast_image *image)
 {
     *image = (clast_image){0};
     if (map == NULL || map->path == NULL) {
         return CLAST_OK;
     }
-    clast_status status = clast_image_read(context, map->path, image);
+    clast_status status = clast_account_image(scene, map->path, image);
     if (can_do_without(status)) {
-        clast_log(context, CLAST_LOG_WARNING, "a texture is left out: %s", clast_context_error(context));
+        clast_log(scene->context, CLAST_LOG_WARNING, "a texture is left out: %s", clast_context_error(scene->context));
         return CLAST_OK;
     }
     return status;
@@ -61,7 +62,7 @@ static clast_status pack(clast_context *context, clast_mtl_texture_use use, cons
     uint32_t width = first->width > second->width ? first->width : second->width;
     uint32_t height = first->height > second->height ? first->height : second->height;
     bool is_colour = use == CLAST_MTL_COLOUR;
-    clast_status status = clast_image_allocate(context, "packed texture", width, height, is_colour ? 4 : 3,
+    clast_status status = clast_image_allocate(context, "packed texture", UINT64_MAX, width, height, is_colour ? 4 : 3,
                                                CLAST_PIXEL_UNORM8, packed);
     if (status != CLAST_OK) {
         return status;
@@ -98,14 +99,15 @@ static bool has_colours(const clast_image *image)
 }
 
 // The image of a use; empty where there is none to be had.
-static clast_status make_image(clast_context *context, clast_mtl_texture_use use, const clast_mtl_map *first,
+static clast_status make_image(clast_scene *scene, clast_mtl_texture_use use, const clast_mtl_map *first,
                                const clast_mtl_map *second, clast_image *image)
 {
     clast_image images[2] = {{0}, {0}};
     *image = (clast_image){0};
-    clast_status status = read_image(context, first, &images[0]);
+    clast_context *context = scene->context;
+    clast_status status = read_image(scene, first, &images[0]);
     if (status == CLAST_OK) {
-        status = read_image(context, second, &images[1]);
+        status = read_image(scene, second, &images[1]);
     }
     bool any = images[0].pixels != NULL || images[1].pixels != NULL;
     if (status == CLAST_OK && any && (use == CLAST_MTL_ROUGHNESS_METAL || images[1].pixels != NULL)) {
@@ -131,7 +133,7 @@ static clast_status make_texture(clast_mtl *library, clast_mtl_texture_use use, 
     clast_scene *scene = library->scene;
     clast_image image;
     *number = CLAST_NONE;
-    clast_status status = make_image(scene->context, use, first, second, &image);
+    clast_status status = make_image(scene, use, first, second, &image);
     if (status != CLAST_OK || image.pixels == NULL) {
         return status;
     }

@@ -228,7 +228,7 @@ static model_displacement read_displacement(scene_reader *reader, const clast_js
     clast_image pixels;
     clast_texture texture = {.wrap_u = (clast_wrap)wrap, .wrap_v = (clast_wrap)wrap};
     if (path != NULL && json->status == CLAST_OK) {
-        clast_json_check(json, &image, clast_image_read(json->context, path, &pixels));
+        clast_json_check(json, &image, clast_account_image(reader->scene, path, &pixels));
     }
     if (path != NULL && json->status == CLAST_OK) {
         clast_json_check(json, &image, clast_scene_adopt_image(reader->scene, &pixels, path, &texture.image));
@@ -389,7 +389,7 @@ static void read_environment_image(scene_reader *reader, const clast_json_place 
     char *path = path_of(reader, image);
     clast_image pixels;
     if (path != NULL && json->status == CLAST_OK) {
-        clast_json_check(json, image, clast_image_read(json->context, path, &pixels));
+        clast_json_check(json, image, clast_account_image(reader->scene, path, &pixels));
         if (json->status == CLAST_OK) {
             clast_json_check(json, image, clast_scene_adopt_image(reader->scene, &pixels, path, &environment->image));
         }

@@ -269,7 +269,7 @@ static void divide_by_alpha(const clast_image *image)
 }
 
 clast_status clast_texel_decode(clast_context *context, const char *name, const clast_texel_format *format,
-                                clast_bytes bytes, uint32_t width, uint32_t height, clast_image *image)
+                                clast_bytes bytes, uint64_t stored, uint32_t width, uint32_t height, clast_image *image)
 {
     uint64_t size;
     *image = (clast_image){0};
@@ -278,8 +278,8 @@ clast_status clast_texel_decode(clast_context *context, const char *name, const 
                           "%s: %u x %u pixels: expected more than the %llu bytes that there are", name, width, height,
                           (unsigned long long)bytes.size);
     }
-    clast_status status = clast_image_allocate(context, name, width, height, image_channels(format), image_type(format),
-                                               image);
+    clast_status status = clast_image_allocate(context, name, stored, width, height, image_channels(format),
+                                               image_type(format), image);
     if (status != CLAST_OK) {
         return status;
     }

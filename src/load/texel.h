@@ -36,8 +36,10 @@ bool clast_texel_of_opengl(uint32_t number, clast_texel_format *format);
 
 // Bytes of an image of that size; false where that does not fit 64 bits.
 bool clast_texel_image_size(const clast_texel_format *format, uint32_t width, uint32_t height, uint64_t *size);
-// Makes an image of the pixels at the beginning of `bytes`, of which it checks that there are enough. `name` is for errors.
+// Makes an image of the pixels at the beginning of `bytes`, of which it checks that there are enough. `stored` is the size of
+// the file that they are from, `name` is for errors.
 clast_status clast_texel_decode(clast_context *context, const char *name, const clast_texel_format *format,
-                                clast_bytes bytes, uint32_t width, uint32_t height, clast_image *image);
+                                clast_bytes bytes, uint64_t stored, uint32_t width, uint32_t height,
+                                clast_image *image);
 
 #endif

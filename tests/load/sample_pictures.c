@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <turbojpeg.h>
+#include <webp/encode.h>
 
 #include "clast/image.h"
 
@@ -267,6 +268,63 @@ static void add_dds(samples *all, const char *name, const char *code, uint32_t n
     add(all, name, file, header + size, header);
 }
 
+// ------------------------------------------------------------------------------------------------------ KTX, TGA, WebP
+
+// Words and pixels after a signature of twelve bytes.
+static void add_ktx(samples *all, const char *name, const char *signature, const uint32_t *words, size_t count,
+                    size_t size)
+{
+    unsigned char file[512];
+    memcpy(file, signature, 12);
+    for (size_t i = 0; i < count; i++) {
+        put_word(file + 12 + 4 * i, words[i]);
+    }
+    fill(file + 12 + 4 * count, size);
+    add(all, name, file, 12 + 4 * count + size, 12 + 4 * count);
+}
+
+static void add_ktx_of_both_versions(samples *all)
+{
+    // type, size of it, format (RGBA, RGBA8), width, height, depth, layers, faces, levels, bytes of pairs; the level's bytes
+    static const uint32_t older[] = {0x04030201, 0x1401, 1, 0x1908, 0x8058, 0x1908, WIDTH,
+                                     HEIGHT,     0,      0, 1,      1,      0,      WIDTH * HEIGHT * 4};
+    // format (RGBA8), size of it, width, height, depth, layers, faces, levels, packing; descriptor, pairs and packing's data: where and
+    // how long; the level: where, how long, how long when unpacked
+    static const uint32_t newer[] = {
+        37, 1, WIDTH, HEIGHT, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 104, 0, WIDTH * HEIGHT * 4, 0, WIDTH * HEIGHT * 4,
+        0};
+    add_ktx(all, "plain.ktx", "\xabKTX 11\xbb\r\n\x1a\n", older, sizeof older / 4, WIDTH * HEIGHT * 4);
+    add_ktx(all, "plain.ktx2", "\xabKTX 20\xbb\r\n\x1a\n", newer, sizeof newer / 4, WIDTH * HEIGHT * 4);
+}
+
+static void add_tga(samples *all, const char *name, unsigned char kind, unsigned char bits, const void *data,
+                    size_t size)
+{
+    unsigned char file[256] = {0,    (unsigned char)(kind % 8 == 1),
+                               kind, 0,
+                               0,    (unsigned char)(kind % 8 == 1 ? 2 : 0),
+                               0,    (unsigned char)(kind % 8 == 1 ? 24 : 0),
+                               0,    0,
+                               0,    0,
+                               3,    0,
+                               2,    0,
+                               bits, 0x20};
+    size_t palette = kind % 8 == 1 ? 6 : 0;
+    memcpy(file + 18 + palette, data, size);
+    add(all, name, file, 18 + palette + size, 18);
+}
+
+static void add_webp(samples *all, const char *name, bool is_lossless)
+{
+    static uint8_t pixels[16 * 16 * 4];
+    uint8_t *made = NULL;
+    fill(pixels, sizeof pixels);
+    size_t size = is_lossless ? WebPEncodeLosslessRGBA(pixels, 16, 16, 64, &made)
+                              : WebPEncodeRGB(pixels, 16, 16, 48, 50, &made);
+    add(all, name, sample_check(made), size, size);
+    WebPFree(made);
+}
+
 void sample_add_pictures(samples *all)
 {
     add_written(all, "rgb.png", CLAST_PIXEL_UNORM8, 3, SIZE_MAX);
@@ -297,4 +355,10 @@ void sample_add_pictures(samples *all)
     add_dds(all, "bc6.dds", "DX10", 95, 16);
     add_dds(all, "bc7.dds", "DX10", 98, 16);
     add_dds(all, "masks.dds", NULL, 0, 0);
+    add_ktx_of_both_versions(all);
+    add_tga(all, "colour.tga", 2, 24, "abcdefghijklmnopqr", 18);
+    add_tga(all, "runs.tga", 10, 16, "\x83\x11\x22\x01\x33\x44\x55\x66", 8);
+    add_tga(all, "palette.tga", 1, 8, "\0\1\0\1\1\0", 6);
+    add_webp(all, "lossy.webp", false);
+    add_webp(all, "lossless.webp", true);
 }
