@@ -11,7 +11,8 @@ static const uint32_t item_triangles_most = 1u << 30;
 // A record that still takes leaves.
 typedef struct open_record {
     uint32_t leaf_count, triangle_count, vertex_count, split_count;
-    uint64_t vertices[2], edges[6]; // of the cluster: which it has already
+    // Of the cluster, which it has already: those marked with its serial number.
+    uint8_t vertices[CLUSTER_VERTICES], edges[DISPLACED_EDGES], serial;
     uint32_t leaves[RECORD_TRIANGLES];
     uint32_t splits[RECORD_TRIANGLES * DISPLACED_SPLIT_WORDS];
 } open_record;
@@ -82,11 +83,26 @@ static void write_alone(walk *w, const displaced_leaf *leaf, displaced_pattern u
     write_record(w, FORM_WHOLE, w->unit->first_pattern + use.number, &alone);
 }
 
-static void clear_record(open_record *record)
+static void empty_record(open_record *record)
 {
     record->leaf_count = record->triangle_count = record->vertex_count = record->split_count = 0;
+}
+
+static void begin_records(open_record *record)
+{
+    empty_record(record);
     memset(record->vertices, 0, sizeof record->vertices);
     memset(record->edges, 0, sizeof record->edges);
+    record->serial = 1;
+}
+
+static void next_record(open_record *record)
+{
+    record->serial++;
+    if (record->serial == 0) {
+        begin_records(record); // serial numbers have come round
+    }
+    empty_record(record);
 }
 
 // Writes what is open: one leaf as a pattern, several as a composite.
@@ -104,13 +120,14 @@ static void close_record(walk *w)
     } else {
         write_record(w, FORM_COMPOSITE, CLAST_NONE, open);
     }
-    clear_record(open);
+    next_record(open);
 }
 
-static bool take_bit(uint64_t *bits, uint32_t bit)
+// All ones where the record has what the mark is of; it has it from now on.
+static uint32_t take(uint8_t *mark, uint8_t serial)
 {
-    bool had = (bits[bit / 64] >> bit % 64 & 1) != 0;
-    bits[bit / 64] |= 1ull << bit % 64;
+    uint32_t had = *mark == serial ? ~0u : 0u;
+    *mark = serial;
     return had;
 }
 
@@ -122,9 +139,9 @@ static bool add_leaf(open_record *open, const displaced_leaf *leaf, displaced_pa
         return false;
     }
     for (uint32_t k = 0; k < 3 && !leaf->split; k++) {
-        vertices -= take_bit(open->vertices, displaced_corner(triangle, k)) ? 1 : 0;
         uint32_t within = pattern_factor(leaf->factors, k) - 1;
-        vertices -= take_bit(open->edges, displaced_edge_of(triangle, k)) ? within : 0;
+        vertices -= take(&open->vertices[displaced_corner(triangle, k)], open->serial) & 1;
+        vertices -= take(&open->edges[displaced_edge_of(triangle, k)], open->serial) & within;
     }
     put_leaf(open, leaf);
     open->triangle_count += triangles;
@@ -217,7 +234,7 @@ static void walk_item(walk *w)
 {
     clast_displaced_rates(w->unit, w->pose, &w->view, w->cluster, &w->rates);
     write_levels(w);
-    clear_record(&w->open);
+    begin_records(&w->open);
     if (is_as_cooked(w)) {
         w->open.triangle_count = w->cluster->triangle_count;
         w->open.vertex_count = w->cluster->vertex_count;

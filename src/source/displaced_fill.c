@@ -127,12 +127,10 @@ static const uint32_t weights_within_edge[PATTERN_SEGMENTS + 1][WITHIN_MOST] = {
 // The points within an edge from corner a to b. As many are written as there ever are: those that follow write over them.
 static void add_edge_points(batch *b, uint32_t first, uint32_t second, uint32_t factor)
 {
-    uint32_t numbers = first | second << 8 | first << 16;
-    const uint32_t *weights = weights_within_edge[factor];
-    for (uint32_t i = 0; i < WITHIN_MOST; i++) {
-        b->numbers[b->count + i] = numbers;
-        b->weights[b->count + i] = weights[i];
-    }
+    uint32_t three = first | second << 8 | first << 16;
+    const uint32_t numbers[WITHIN_MOST] = {three, three, three, three, three, three, three, three, three, three};
+    memcpy(b->numbers + b->count, numbers, sizeof numbers);
+    memcpy(b->weights + b->count, weights_within_edge[factor], sizeof weights_within_edge[factor]);
     b->count += factor - 1;
 }
 

@@ -4,6 +4,8 @@
 // each along the edge; then come, leaf by leaf, the points inside. Parts of split triangles have all of their own there.
 #include "source/displaced.h"
 
+enum { PLACES_MORE = 16 }; // that may be written beyond
+
 displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cluster_record *record,
                                       const uint32_t *words)
 {
@@ -76,11 +78,12 @@ static void mark_shared(displaced_reader reader, displaced_layout *layout)
         }
         displaced_triangle triangle = unit->triangles[reader.cluster->first_triangle + (word & 255)];
         uint32_t factors = word >> DISPLACED_LEAF_TRIANGLE_BITS;
+#pragma GCC unroll 3
         for (uint32_t k = 0; k < 3; k++) {
             layout->vertices[displaced_corner(triangle, k)] = 1;
             layout->factors[displaced_edge_of(triangle, k)] = (uint8_t)pattern_factor(factors, k);
         }
-        layout->by_owners = layout->by_owners || !displaced_is_plain(triangle);
+        layout->by_owners |= !displaced_is_plain(triangle);
     }
 }
 
@@ -112,20 +115,22 @@ void clast_displaced_lay_out(const displaced_reader *reader, displaced_layout *l
 
 // --------------------------------------------------------------------------------------------------------- corners
 
+// The places of the points within an edge, as the triangle has them. As many are written as there ever are: those beyond may be
+// anything.
 static void place_edge(const displaced_layout *layout, displaced_triangle triangle, uint32_t own, uint32_t within,
                        uint8_t *places)
 {
-    uint32_t first = layout->edge_at[displaced_edge_of(triangle, own)];
-    bool along = displaced_goes_along(triangle, own);
-    uint32_t place = along ? first : first + within - 1, step = along ? 1u : ~0u;
-    for (uint32_t i = 0; i < within; i++, place += step) {
-        places[i] = (uint8_t)place;
-    }
+    typedef uint8_t bytes __attribute__((vector_size(PLACES_MORE)));
+    const bytes steps = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    uint8_t first = layout->edge_at[displaced_edge_of(triangle, own)];
+    uint8_t falls = displaced_goes_along(triangle, own) ? 0 : 0xff;
+    bytes all = (uint8_t)(first + (falls & (within - 1))) + ((steps ^ falls) - falls);
+    memcpy(places, &all, sizeof all);
 }
 
 // Where the vertices of a leaf's pattern are in the record; `own_at` is where its own begin. Gives where those of the next do.
 static uint32_t place_leaf(const displaced_reader *reader, const displaced_layout *layout, uint32_t own_at,
-                           uint8_t places[PATTERN_VERTICES])
+                           uint8_t places[PATTERN_VERTICES + PLACES_MORE])
 {
     uint32_t factors = pattern_own_factors(*reader->use.pattern), count = pattern_vertices(*reader->use.pattern);
     uint32_t shared = 0;
@@ -155,14 +160,15 @@ void clast_displaced_corners(const clast_unit *base, const clast_cluster_record 
     uint32_t own_at = layout.shared_count;
     uint8_t *to = corners;
     while (clast_displaced_next(&reader)) {
-        uint8_t places[PATTERN_VERTICES];
+        uint8_t places[PATTERN_VERTICES + PLACES_MORE];
         own_at = place_leaf(&reader, &layout, own_at, places);
         const uint32_t *triangles = unit->patterns->triangles + reader.use.pattern->first_triangle;
         uint32_t count = pattern_triangles(*reader.use.pattern);
         for (uint32_t i = 0; i < count; i++, to += 3) {
-            to[0] = places[triangles[i] & 255];
-            to[1] = places[triangles[i] >> 8 & 255];
-            to[2] = places[triangles[i] >> 16 & 255];
+            uint32_t word = triangles[i];
+            to[0] = places[word & 255];
+            to[1] = places[word >> 8 & 255];
+            to[2] = places[word >> 16];
         }
     }
 }
