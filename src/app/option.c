@@ -47,9 +47,9 @@ enum { CLAST_IN_FRAME = CLAST_IN_RENDER | CLAST_IN_EXPORT };
     {name, CLAST_OPTION_RANGE, verbs, 0, 0, 0, "", placeholder, help, NULL, PLACES(field)},
 
 const clast_option clast_options[] = {
-    CLAST_RENDER_SETTING_LIST(RENDER_UINT, RENDER_REAL, RENDER_CHOICE, RENDER_TEXT) CLAST_COMMAND_OPTION_LIST(
-        COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE, COMMAND_SIZE, COMMAND_FLAG, COMMAND_TEXT, COMMAND_OPTIONAL,
-        COMMAND_RANGE)};
+    CLAST_RENDER_SETTING_LIST(RENDER_UINT, RENDER_REAL, RENDER_CHOICE, RENDER_TEXT)
+        CLAST_COMMAND_OPTION_LIST(COMMAND_UINT, COMMAND_REAL, COMMAND_CHOICE, COMMAND_SIZE, COMMAND_FLAG, COMMAND_TEXT,
+                                  COMMAND_OPTIONAL, COMMAND_RANGE)};
 const size_t clast_option_count = sizeof clast_options / sizeof *clast_options;
 
 clast_option_word clast_option_spell(const clast_option *option)

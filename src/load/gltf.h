@@ -85,9 +85,9 @@ typedef struct clast_gltf {
     uint32_t *geometries;       // of each primitive of the meshes read; CLAST_NONE where it draws nothing
     clast_gltf_window *windows; // of each of them
     size_t geometry_count, geometry_capacity, window_capacity;
-    uint32_t *node_numbers; // of each node in the scene; null where nothing in the file moves
-    bool *weights_move;     // of each node: an animation moves its weights
-    uint32_t *skins;        // scene skins; CLAST_NONE: not read yet
+    uint32_t *node_numbers;                // of each node in the scene; null where nothing in the file moves
+    bool *weights_move;                    // of each node: an animation moves its weights
+    uint32_t *skins;                       // scene skins; CLAST_NONE: not read yet
     uint32_t chosen_scene, chosen_variant; // CLAST_NONE: the first; none
 } clast_gltf;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene graph (section 3.5): nodes become instances, cameras and lights with world transforms. Nodes form strict
-// trees; that is checked first, so the walk is a loop that meets each node once, however deep.
+// The scene graph (section 3.5): nodes become instances, cameras and lights with world transforms, and, where anything in
+// the file moves, nodes of the scene that these hang from. Nodes form strict trees; that is checked first, so the walk is a
+// loop that meets each node once, however deep.
 #include <float.h>
 #include <math.h>
 #include <string.h>
