@@ -9,6 +9,7 @@ enum {
     POINTS_MOST = PATTERN_VERTICES,
     EDGES_MOST = CHILDREN_MOST + POINTS_MOST, // Euler: one less than faces and vertices
     EDGE_SLOTS = 1024,
+    LOOKED_AT_MOST = 3 * RATE_POINTS, // POINTS_MOST and EDGES_MOST, in whole steps of RATE_POINTS
 };
 
 typedef struct split_job {
@@ -102,9 +103,9 @@ static void displace_points(const split_job *job, const clast_weights *at, const
     }
 }
 
-// What points come to in the view, displaced, and the levels at them. At most RATE_POINTS.
-static void look_at_points(const split_job *job, const clast_weights *at, uint32_t count, clast_rate_site *sites,
-                           uint16_t levels[RATE_POINTS])
+// What points come to in the view, displaced, and the levels at them. At most RATE_POINTS; room for as many.
+static void look_at_some(const split_job *job, const clast_weights *at, uint32_t count, clast_rate_site *sites,
+                         uint16_t *levels)
 {
     clast_rate_points points;
     uint32_t padded = (count + RATE_LANES_MOST - 1) / RATE_LANES_MOST * RATE_LANES_MOST;
@@ -140,36 +141,41 @@ static uint32_t find_edge(edge_list *list, uint32_t a, uint32_t b)
     return list->slots[slot] - 1u;
 }
 
-static void find_factors(const split_job *job, const split *parent, const clast_rate_site *sites, edge_list *list,
+// The points of a split's pattern, then the middles of its edges.
+typedef struct split_points {
+    uint32_t count;
+    clast_weights at[LOOKED_AT_MOST];
+    uint16_t levels[LOOKED_AT_MOST];
+    clast_rate_site sites[LOOKED_AT_MOST];
+} split_points;
+
+static void look_at_points(const split_job *job, split_points *points)
+{
+    for (uint32_t first = 0; first < points->count; first += RATE_POINTS) {
+        look_at_some(job, points->at + first, min_uint(points->count - first, RATE_POINTS), points->sites + first,
+                     points->levels + first);
+    }
+}
+
+static void find_factors(const split_job *job, const split_points *points, const edge_list *list,
                          uint32_t factors[EDGES_MOST])
 {
-    for (uint32_t first = 0; first < list->count; first += RATE_POINTS) {
-        uint32_t count = min_uint(list->count - first, RATE_POINTS);
-        clast_weights middles[RATE_POINTS];
-        uint32_t apart[RATE_POINTS];
-        for (uint32_t i = 0; i < count; i++) {
-            uint32_t ends = list->edges[first + i].ends;
-            clast_weights a = parent->points[ends & 255].at, b = parent->points[ends >> 8].at;
-            middles[i] = weights_of_middle(a, b);
-            apart[i] = weights_apart(a, b);
-        }
-        for (uint32_t i = 0; i < count && job->view->metric == CLAST_METRIC_FIXED; i++) {
-            factors[first + i] = edge_factor(edge_wanted_fixed(*job->view, apart[i]), apart[i]);
-        }
-        if (job->view->metric == CLAST_METRIC_FIXED) {
-            continue;
-        }
-        clast_rate_site middle_sites[RATE_POINTS];
-        uint16_t levels[RATE_POINTS];
-        look_at_points(job, middles, count, middle_sites, levels);
+    uint32_t apart[EDGES_MOST];
+    bool fixed_count = job->view->metric == CLAST_METRIC_FIXED;
+    for (uint32_t i = 0; i < list->count; i++) {
+        uint32_t ends = list->edges[i].ends;
+        apart[i] = weights_apart(points->at[ends & 255], points->at[ends >> 8]);
+        factors[i] = fixed_count ? edge_factor(edge_wanted_fixed(*job->view, apart[i]), apart[i]) : 0;
+    }
+    if (!fixed_count && list->count != 0) {
         clast_rate_edges edges = {
-            .sites = sites,
-            .edges = list->edges + first,
-            .count = count,
-            .middles = middle_sites,
+            .sites = points->sites,
+            .edges = list->edges,
+            .count = list->count,
+            .middles = points->sites + (points->count - list->count),
             .apart = apart,
         };
-        job->rate_kernels->edges(job->view, &edges, factors + first);
+        job->rate_kernels->edges(job->view, &edges, factors);
     }
 }
 
@@ -180,50 +186,22 @@ static bool is_small(const uint32_t factors[3])
     return factors[0] <= PATTERN_SEGMENTS && factors[1] <= PATTERN_SEGMENTS && factors[2] <= PATTERN_SEGMENTS;
 }
 
-// The points of a split's pattern. Corners stay as they are.
-static void make_points(const split_job *job, const displaced_part *part, displaced_pattern use, split *made,
-                        clast_rate_site *sites)
+// The edges between a split's points: their numbers in the list, for each child; those that are not split keep their segments.
+static void list_edges(const displaced_part *part, uint32_t rotation, split *made, edge_list *list)
 {
-    uint32_t count = pattern_vertices(*use.pattern);
-    const uint32_t *words = job->unit->patterns->vertices + use.pattern->first_vertex;
-    clast_weights at[POINTS_MOST];
-    uint16_t levels[RATE_POINTS];
-    for (uint32_t i = 0; i < count; i++) {
-        clast_weights within = pattern_unrotate(weights_of(words[i]), use.rotation);
-        at[i] = weights_within(part->corners[0].at, part->corners[1].at, part->corners[2].at, within);
-    }
-    look_at_points(job, at, count, sites, levels);
-    for (uint32_t i = 0; i < count; i++) {
-        made->points[i] = (displaced_leaf_corner){at[i], levels[i]};
-    }
-    for (uint32_t k = 0; k < 3; k++) {
-        made->points[k] = part->corners[(k + use.rotation) % 3];
-    }
-}
-
-// An edge that is not split keeps its segments; others ask anew.
-static void split_part(const split_job *job, const displaced_part *part, split *made)
-{
-    uint32_t key = pattern_factors(edge_splits(part->factors[0]), edge_splits(part->factors[1]),
-                                   edge_splits(part->factors[2]));
-    displaced_pattern use = displaced_pattern_of(job->unit, key);
-    clast_rate_site sites[RATE_POINTS];
-    made->triangles = job->unit->patterns->triangles + use.pattern->first_triangle;
-    made->child_count = pattern_triangles(*use.pattern);
-    made->next = 0;
-    make_points(job, part, use, made, sites);
-    edge_list list;
-    list.count = 0;
-    memset(list.slots, 0, sizeof list.slots);
+    list->count = 0;
+    memset(list->slots, 0, sizeof list->slots);
     for (uint32_t i = 0; i < made->child_count; i++) {
         for (uint32_t k = 0; k < 3; k++) {
             uint32_t a = made->triangles[i] >> 8 * k & 255, b = made->triangles[i] >> 8 * ((k + 1) % 3) & 255;
             bool kept = a < 3 && b < 3; // corner a to the next one
-            made->factors[i][k] = kept ? part->factors[(a + use.rotation) % 3] : find_edge(&list, a, b);
+            made->factors[i][k] = kept ? part->factors[(a + rotation) % 3] : find_edge(list, a, b);
         }
     }
-    uint32_t factors[EDGES_MOST];
-    find_factors(job, made, sites, &list, factors);
+}
+
+static void set_factors(split *made, const uint32_t *factors)
+{
     for (uint32_t i = 0; i < made->child_count; i++) {
         for (uint32_t k = 0; k < 3; k++) {
             uint32_t a = made->triangles[i] >> 8 * k & 255, b = made->triangles[i] >> 8 * ((k + 1) % 3) & 255;
@@ -232,6 +210,44 @@ static void split_part(const split_job *job, const displaced_part *part, split *
             }
         }
     }
+}
+
+static void put_weights(const split_job *job, const displaced_part *part, displaced_pattern use, const edge_list *list,
+                        split_points *points)
+{
+    uint32_t count = pattern_vertices(*use.pattern);
+    const uint32_t *words = job->unit->patterns->vertices + use.pattern->first_vertex;
+    for (uint32_t i = 0; i < count; i++) {
+        clast_weights within = pattern_unrotate(weights_of(words[i]), use.rotation);
+        points->at[i] = weights_within(part->corners[0].at, part->corners[1].at, part->corners[2].at, within);
+    }
+    for (uint32_t i = 0; i < list->count; i++) {
+        uint32_t ends = list->edges[i].ends;
+        points->at[count + i] = weights_of_middle(points->at[ends & 255], points->at[ends >> 8]);
+    }
+    points->count = count + list->count;
+}
+
+static void split_part(const split_job *job, const displaced_part *part, split *made)
+{
+    uint32_t key = pattern_factors(edge_splits(part->factors[0]), edge_splits(part->factors[1]),
+                                   edge_splits(part->factors[2]));
+    displaced_pattern use = displaced_pattern_of(job->unit, key);
+    made->triangles = job->unit->patterns->triangles + use.pattern->first_triangle;
+    made->child_count = pattern_triangles(*use.pattern);
+    made->next = 0;
+    edge_list list;
+    list_edges(part, use.rotation, made, &list);
+    split_points points;
+    put_weights(job, part, use, &list, &points);
+    look_at_points(job, &points);
+    for (uint32_t i = 0; i < pattern_vertices(*use.pattern); i++) {
+        made->points[i] = i < 3 ? part->corners[(i + use.rotation) % 3]
+                                : (displaced_leaf_corner){points.at[i], points.levels[i]};
+    }
+    uint32_t factors[EDGES_MOST];
+    find_factors(job, &points, &list, factors);
+    set_factors(made, factors);
 }
 
 static displaced_part next_child(split *parent)
