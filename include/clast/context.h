@@ -67,8 +67,8 @@ typedef struct clast_context_desc {
     uint32_t threads;      /**< 1 to 1024; 0 is one for each processor that the process may use */
     uint64_t memory_limit; /**< bytes that clast may hold at a time; 0 is no limit */
     clast_isa isa;         /**< refused where the machine lacks it */
-    const char *
-        cache_folder; /**< where what took long to cook is kept for the next run, in files; null keeps nothing. Copied */
+    /** Where what took long to cook is kept for the next run, in files; null is nowhere. Copied. */
+    const char *cache_folder;
 } clast_context_desc;
 
 /** Makes a context. `desc` may be null, for all defaults.
