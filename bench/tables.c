@@ -19,30 +19,36 @@ static const char *text_of(const json_t *object, const char *name)
 
 // ------------------------------------------------------------------------------------------- rows, and goals for them
 
-// A goal is a least ratio, or a most of bytes a triangle; zero: there is none.
+// A goal is a least ratio, or a most of bytes a triangle; zero: there is none. Some workloads have goals of their own.
 typedef struct goal {
-    const char *metric;
-    double grids, other;
+    const char *bench, *metric;
+    double own, other;
     const char *what;
 } goal;
 
 static const goal goals[] = {
-    {"refit_vs_refit", 20, 12, "all vertices moved, in their clusters; Embree's refit"},
-    {"gathered_vs_refit", 0, 8, "the same from the mesh's vertices, the copy included"},
-    {"rebuild_vs_rebuild", 40, 20, "clusters in another order, nothing kept; Embree's fastest build"},
-    {"rebuild_vs_grids", 25, 0, "the same; Embree's grids"},
-    {"build_static", 0, 1.5, "from plain triangles; Embree's SAH build"},
-    {"diffuse_single", 1, 1, "single rays after a mild motion; fresh SAH tree, leaking mode"},
-    {"diffuse_vs_robust", 1.25, 1.25, "the same; watertight mode"},
-    {"diffuse_after_twist", 0, 0.95, "after half a turn in 60 frames; fresh SAH tree"},
-    {"twist_frame", 0, 1, "the longest update of those frames; twice the usual update"},
-    {"diffuse_batch", 1.15, 1.15, "best batch call; the best of Embree's calls"},
-    {"primary_batch", 1, 1, "the same, a camera's rays"},
-    {"primary_single", 0, 0, "single rays of a camera"},
-    {"anyhit_single", 1.15, 1.15, "shadow rays, one by one"},
-    {"bytes_per_triangle", 10, 14, "everything, vertices and indices included"},
-    {"tlas_update", 0, 3, "10,000 moved instances; Embree's fastest build"},
-    {"tlas_partial", 0, 20, "10,000 of 1,000,000; the same"},
+    {"accel", "refit_vs_refit", 20, 12, "all vertices moved, in their clusters; Embree's refit"},
+    {"accel", "gathered_vs_refit", 0, 8, "the same from the mesh's vertices, the copy included"},
+    {"accel", "rebuild_vs_rebuild", 40, 20, "clusters in another order, nothing kept; Embree's fastest build"},
+    {"accel", "rebuild_vs_grids", 25, 0, "the same; Embree's grids"},
+    {"accel", "build_static", 0, 1.5, "from plain triangles; Embree's SAH build"},
+    {"accel", "diffuse_single", 1, 1, "single rays after a mild motion; fresh SAH tree, leaking mode"},
+    {"accel", "diffuse_vs_robust", 1.25, 1.25, "the same; watertight mode"},
+    {"accel", "diffuse_after_twist", 0, 0.95, "after half a turn in 60 frames; fresh SAH tree"},
+    {"accel", "twist_frame", 0, 1, "the longest update of those frames; twice the usual update"},
+    {"accel", "diffuse_batch", 1.15, 1.15, "best batch call; the best of Embree's calls"},
+    {"accel", "primary_batch", 1, 1, "the same, a camera's rays"},
+    {"accel", "primary_single", 0, 0, "single rays of a camera"},
+    {"accel", "anyhit_single", 1.15, 1.15, "shadow rays, one by one"},
+    {"accel", "bytes_per_triangle", 10, 14, "everything, vertices and indices included"},
+    {"accel", "tlas_update", 0, 3, "10,000 moved instances; Embree's fastest build"},
+    {"accel", "tlas_partial", 0, 20, "10,000 of 1,000,000; the same"},
+    {"tess", "frame_mtris_per_core", 1, 1, "the whole frame, on one core; 150 and 60 Mtri/s"},
+    {"tess", "frame_vs_rebuild", 10, 4, "the whole frame; Embree's fastest build, the same vertex evaluation included"},
+    {"tess", "frame_vs_refit", 3, 1.2, "the same; Embree's refit, of a topology that stays"},
+    {"tess", "frame_vs_subdiv", 5, 0, "the same; Embree's subdivision surface, as many triangles"},
+    {"tess", "trace_vs_sah", 0.95, 0.9, "single diffuse rays; Embree's SAH tree over the same triangles"},
+    {"tess", "bytes_per_triangle", 12, 18, "records, vertices, clusters and trees"},
 };
 enum { GOALS = sizeof goals / sizeof goals[0] };
 
@@ -51,13 +57,19 @@ static bool has_text(const json_t *row, const char *member, const char *text)
     return strstr(text_of(row, member), text) != NULL;
 }
 
+// What is in the names of workloads that have goals of their own.
+static const char *own_workload(const char *bench)
+{
+    return strcmp(bench, "tess") == 0 ? "long" : ", grids";
+}
+
 static double goal_of(const goal *g, const json_t *row)
 {
     // Embree's refit stands beside the twist, and its grids beside the bytes, for comparison only.
     if (has_text(row, "peer", "refitted")) {
         return 0.0;
     }
-    return has_text(row, "workload", ", grids") ? g->grids : g->other;
+    return has_text(row, "workload", own_workload(g->bench)) ? g->own : g->other;
 }
 
 static bool is_bytes(const json_t *row)
@@ -77,11 +89,25 @@ static bool is_metric(const json_t *row, const char *metric)
     return strcmp(text_of(row, "metric"), metric) == 0;
 }
 
-static void print_summary(const json_t *rows)
+static bool has_goals(const char *bench)
 {
-    printf("| metric | what; peer | goal, grids / other | reached by | least | there |\n|---|---|---|---:|---:|---|\n");
+    bool found = false;
+    for (int i = 0; i < GOALS; i++) {
+        found = found || strcmp(goals[i].bench, bench) == 0;
+    }
+    return found;
+}
+
+static void print_summary(const json_t *rows, const char *bench)
+{
+    const char *own = own_workload(bench);
+    printf("| metric | what; peer | goal, %s / other | reached by | least | there |\n|---|---|---|---:|---:|---|\n",
+           own + strspn(own, ", "));
     for (int i = 0; i < GOALS; i++) {
         const goal *g = &goals[i];
+        if (strcmp(g->bench, bench) != 0) {
+            continue;
+        }
         const json_t *least = NULL;
         json_t *row;
         size_t index, count = 0, held = 0;
@@ -96,7 +122,7 @@ static void print_summary(const json_t *rows)
         if (least != NULL) {
             const char *bound = is_bytes(least) ? "<=" : ">=";
             printf("| `%s` | %s | ", g->metric, g->what);
-            g->grids > 0.0 ? printf("%s %g / ", bound, g->grids) : printf("- / ");
+            g->own > 0.0 ? printf("%s %g / ", bound, g->own) : printf("- / ");
             g->other > 0.0 ? printf("%s %g", bound, g->other) : printf("-");
             printf(" | %zu of %zu | %.2f | %s, %.3g Mtri, threads: %.0f |\n", held, count,
                    number_of(least, is_bytes(least) ? "clast" : "ratio"), text_of(least, "workload"),
@@ -150,8 +176,8 @@ static void print_rows(const json_t *result)
     json_t *row;
     size_t index;
     printf("\n### %s\n\nMachine: %s\n\n", text_of(result, "bench"), text_of(result, "machine"));
-    if (strcmp(text_of(result, "bench"), "accel") == 0) {
-        print_summary(rows);
+    if (has_goals(text_of(result, "bench"))) {
+        print_summary(rows, text_of(result, "bench"));
         printf("\nAll of it:\n\n");
     }
     json_array_foreach(rows, index, row)
