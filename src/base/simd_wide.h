@@ -106,6 +106,16 @@ CLAST_LANES clast_wide_ints wide_pick_more_ints(clast_wide_ints a, clast_wide_in
 #endif
 }
 
+// Whether a <= b in all lanes; not where one is no number.
+CLAST_LANES bool wide_all_at_most(clast_wide a, clast_wide b)
+{
+#if defined(__AVX512F__)
+    return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LE_OQ) == 0xffff;
+#else
+    return bits8(a <= b) == 0xff;
+#endif
+}
+
 CLAST_LANES bool wide_any_not_zero(clast_wide a)
 {
 #if defined(__AVX512F__)

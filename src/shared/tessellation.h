@@ -266,8 +266,9 @@ FN float edge_wanted(clast_rate_view view, clast_rate_point a, clast_rate_point 
     float seen = view.looks != 0u ? edge_seen(view, a, middle, b) : 1.0f;
     float wanted = view.density; // FIXED
     if (view.metric == CLAST_METRIC_PIXELS) {
+        float shown = edge_pixels(a, middle, b) * view.density;
         float hidden = edge_sphere(view, a, middle, b) * view.hidden_density;
-        wanted = edge_pixels(a, middle, b) * view.density * seen + hidden * (1.0f - seen);
+        wanted = seen < 1.0f ? shown * seen + hidden * (1.0f - seen) : shown;
     } else if (view.metric != CLAST_METRIC_FIXED) {
         float size = view.metric == CLAST_METRIC_SPHERE ? edge_sphere(view, a, middle, b) : edge_length(a, middle, b);
         wanted = size * (view.density * seen + view.hidden_density * (1.0f - seen));

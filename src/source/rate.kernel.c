@@ -102,6 +102,18 @@ CLAST_LANES clast_wide outside_sides(const clast_rate_view *view, uint32_t axis,
     return wide_max1(least[0] * view->side_scale.v[axis], least[1] * view->side_scale.v[axis]);
 }
 
+// Of edge_seen(): how far within the picture, by how far outside, the way from end to end, and the middle's depth.
+CLAST_LANES clast_wide within_of(const clast_rate_view *view, clast_wide outside, clast_wide3 chord, clast_wide depth)
+{
+    clast_wide reach = root_of_wide(wide_dot3(chord, chord));
+    clast_wide margin = wide_splat(0.1f * max1(view->extent.v[0], view->extent.v[1]));
+    if (view->parallel == 0) {
+        margin = margin * wide_max1(wide_abs1(depth), wide_splat(view->near_plane));
+    }
+    clast_wide softness = wide_clamp1(reach + margin, 1e-30f, 1e30f);
+    return wide_clamp1(1.0f - (outside - reach) * wide_reciprocal(softness), 0.0f, 1.0f);
+}
+
 // edge_seen(); the middle comes last.
 CLAST_LANES clast_wide seen_of(const clast_rate_view *view, const seen_point *a, const seen_point *b,
                                const seen_point *m)
@@ -111,15 +123,10 @@ CLAST_LANES clast_wide seen_of(const clast_rate_view *view, const seen_point *a,
     clast_wide outside = view->near_plane - wide_max1(wide_max1(depth[0], depth[1]), depth[2]);
     outside = wide_max1(outside, outside_sides(view, 0, across, depth));
     outside = wide_max1(outside, outside_sides(view, 1, up, depth));
-    clast_wide3 chord = wide_minus3(b->camera, a->camera);
-    clast_wide reach = root_of_wide(wide_dot3(chord, chord));
-    float breadth = max1(view->extent.v[0], view->extent.v[1]);
-    clast_wide margin = wide_splat(0.1f * breadth);
-    if (view->parallel == 0) {
-        margin = margin * wide_max1(wide_abs1(depth[2]), wide_splat(view->near_plane));
+    clast_wide within = wide_splat(1.0f);
+    if (!wide_all_at_most(outside, (clast_wide){0})) { // else the reach does not matter
+        within = within_of(view, outside, wide_minus3(b->camera, a->camera), depth[2]);
     }
-    clast_wide softness = wide_clamp1(reach + margin, 1e-30f, 1e30f);
-    clast_wide within = wide_clamp1(1.0f - (outside - reach) * wide_reciprocal(softness), 0.0f, 1.0f);
     if (view->faces == 0) {
         return within;
     }
@@ -158,9 +165,12 @@ CLAST_LANES clast_wide wanted_of(const clast_rate_view *view, const seen_point *
 {
     clast_wide seen = view->looks != 0 ? seen_of(view, a, b, m) : wide_splat(1.0f);
     if (view->metric == CLAST_METRIC_PIXELS) {
+        clast_wide shown = (pixels_between(a, m) + pixels_between(b, m)) * view->density;
+        if (wide_all_at_most(wide_splat(1.0f), seen)) {
+            return shown;
+        }
         clast_wide hidden = sphere_of(view, a, b, m) * view->hidden_density;
-        clast_wide pixels = pixels_between(a, m) + pixels_between(b, m);
-        return pixels * view->density * seen + hidden * (1.0f - seen);
+        return wide_pick_less(seen, wide_splat(1.0f), shown * seen + hidden * (1.0f - seen), shown);
     }
     clast_wide size = view->metric == CLAST_METRIC_SPHERE ? sphere_of(view, a, b, m)
                                                           : length_between(a, m) + length_between(b, m);

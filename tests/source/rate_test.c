@@ -88,6 +88,10 @@ static clast_rate_view make_view(void)
             view.to_camera.rows[row].v[k] = between(-1.0f, 1.0f) * (k == 3 ? 5.0f : 1.0f);
         }
     }
+    if (below(4) == 0) { // all there is lies within the picture
+        view.extent = (packed2){{100.0f, 100.0f}};
+        view.to_camera.rows[2] = (packed4){{0.01f, 0.01f, 0.01f, 50.0f}};
+    }
     return rate_view(view, below(2));
 }
 
