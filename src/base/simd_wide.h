@@ -184,19 +184,20 @@ CLAST_LANES clast_wide_ints wide_look_up_ints(const int32_t table[WIDE_TABLE], c
     return (clast_wide_ints)wide_look_up(words, places);
 }
 
-// Rows of sixteen floats, one for each lane, become sixteen vectors. What nobody looks at is not computed.
+// Rows of sixteen floats, one for each lane, become sixteen vectors: row i begins at rows[places[i]]. What nobody looks at is not
+// computed.
 typedef struct clast_wide_columns {
     clast_wide of[16];
 } clast_wide_columns;
 
-CLAST_LANES clast_wide_columns wide_turn(const float *const rows[WIDE_LANES])
+CLAST_LANES clast_wide_columns wide_turn(const float *rows, const uint32_t places[WIDE_LANES])
 {
     clast_wide_columns all;
 #if defined(__AVX512F__)
     __m512 fours[16]; // lane k of quarter q of fours[i + j] is float 4 q + j of row i + k
     for (int i = 0; i < 16; i += 4) {
-        __m512 a = _mm512_loadu_ps(rows[i]), b = _mm512_loadu_ps(rows[i + 1]);
-        __m512 c = _mm512_loadu_ps(rows[i + 2]), d = _mm512_loadu_ps(rows[i + 3]);
+        __m512 a = _mm512_loadu_ps(rows + places[i]), b = _mm512_loadu_ps(rows + places[i + 1]);
+        __m512 c = _mm512_loadu_ps(rows + places[i + 2]), d = _mm512_loadu_ps(rows + places[i + 3]);
         __m512 ab = _mm512_unpacklo_ps(a, b), cd = _mm512_unpacklo_ps(c, d);
         __m512 ab_high = _mm512_unpackhi_ps(a, b), cd_high = _mm512_unpackhi_ps(c, d);
         fours[i] = _mm512_shuffle_ps(ab, cd, 0x44);
@@ -218,8 +219,8 @@ CLAST_LANES clast_wide_columns wide_turn(const float *const rows[WIDE_LANES])
     for (int half = 0; half < 16; half += 8) {
         __m256 fours[8];
         for (int i = 0; i < 8; i += 4) {
-            __m256 a = _mm256_loadu_ps(rows[i] + half), b = _mm256_loadu_ps(rows[i + 1] + half);
-            __m256 c = _mm256_loadu_ps(rows[i + 2] + half), d = _mm256_loadu_ps(rows[i + 3] + half);
+            __m256 a = _mm256_loadu_ps(rows + places[i] + half), b = _mm256_loadu_ps(rows + places[i + 1] + half);
+            __m256 c = _mm256_loadu_ps(rows + places[i + 2] + half), d = _mm256_loadu_ps(rows + places[i + 3] + half);
             __m256 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d);
             __m256 ab_high = _mm256_unpackhi_ps(a, b), cd_high = _mm256_unpackhi_ps(c, d);
             fours[i] = _mm256_shuffle_ps(ab, cd, 0x44);
@@ -236,13 +237,16 @@ CLAST_LANES clast_wide_columns wide_turn(const float *const rows[WIDE_LANES])
     for (int k = 0; k < 16; k++) {
         float each[WIDE_LANES];
         for (int i = 0; i < WIDE_LANES; i++) {
-            each[i] = rows[i][k];
+            each[i] = rows[places[i] + (uint32_t)k];
         }
         all.of[k] = wide_load(each);
     }
 #endif
     return all;
 }
+
+// Of rows one after the other.
+static const uint32_t wide_rows_together[16] = {0, 16, 32, 48, 64, 80, 96, 112, 128, 144, 160, 176, 192, 208, 224, 240};
 
 // Back to rows, one after the other, as many as `count` says.
 CLAST_LANES void wide_store_rows(float *rows, uint32_t count, clast_wide_columns columns)
@@ -252,11 +256,7 @@ CLAST_LANES void wide_store_rows(float *rows, uint32_t count, clast_wide_columns
         wide_store(each[k], columns.of[k]);
     }
 #if defined(__AVX512F__)
-    const float *pointers[WIDE_LANES];
-    for (int i = 0; i < 16; i++) {
-        pointers[i] = each[i];
-    }
-    clast_wide_columns turned = wide_turn(pointers); // a square: turned once more
+    clast_wide_columns turned = wide_turn(each[0], wide_rows_together); // a square: turned once more
     for (uint32_t i = 0; i < count && i < WIDE_LANES; i++) {
         wide_store(rows + 16 * i, turned.of[i]);
     }

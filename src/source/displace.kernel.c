@@ -64,11 +64,7 @@ CLAST_LANES blended blend_own(const clast_displace_job *job, uint32_t first, wid
                                           0x1p-15f);
         }
     }
-    const float *rows[WIDE_LANES];
-    for (int i = 0; i < WIDE_LANES; i++) {
-        rows[i] = points[i];
-    }
-    clast_wide_columns columns = wide_turn(rows);
+    clast_wide_columns columns = wide_turn(points[0], wide_rows_together);
     blended all;
     for (int k = 0; k < DISPLACE_ATTRIBUTES; k++) {
         all.of[k] = columns.of[k];

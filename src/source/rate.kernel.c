@@ -223,39 +223,71 @@ CLAST_LANES seen_point look_at_middle(const clast_rate_view *view, const clast_r
     return look_at(view, wide_displaced(middle_position(a, b, edges->curved), normal, height * edges->scale), normal);
 }
 
-// Sixteen edges, or eight; the last one again where there are fewer.
+// Sixteen edges, or eight; where there are fewer, from the first site to itself.
 typedef struct edge_batch {
-    const float *firsts[WIDE_LANES], *seconds[WIDE_LANES], *middles[WIDE_LANES];
-    float heights[WIDE_LANES], most[WIDE_LANES];
+    uint32_t firsts[WIDE_LANES], seconds[WIDE_LANES]; // where their sites begin among all floats
+    clast_wide heights, most;
 } edge_batch;
 
-CLAST_LANES void load_batch(const clast_rate_edges *edges, uint32_t first, edge_batch *batch)
+CLAST_LANES void load_edges(const clast_rate_edge *edges, uint32_t count, clast_wide_ints *ends, clast_wide *heights)
 {
-    for (uint32_t i = 0; i < WIDE_LANES; i++) {
-        uint32_t at = min_uint(first + i, edges->count - 1);
-        clast_rate_edge edge = edges->edges[at];
-        uint32_t a = edge.ends & 255, b = edge.ends >> 8 & 255;
-        uint32_t apart = edges->apart != NULL ? edges->apart[at] : WEIGHT_ONE;
-        batch->firsts[i] = edges->sites[a].of;
-        batch->seconds[i] = edges->sites[b].of;
-        batch->heights[i] = edge.height;
-        batch->most[i] = a == b ? 1.0f : (float)(apart * PATTERN_SEGMENTS);
-        if (edges->middles != NULL) {
-            batch->middles[i] = edges->middles[at].of;
-        }
+#if defined(__AVX512F__)
+    const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    const uint32_t *words = &edges->ends;
+    __m512i early = (__m512i)wide_load_first(words, 2 * count);
+    __m512i late = (__m512i)wide_load_first(words + WIDE_LANES, count > 8 ? 2 * count - WIDE_LANES : 0);
+    *ends = (clast_wide_ints)_mm512_permutex2var_epi32(early, even, late);
+    *heights = (clast_wide)_mm512_permutex2var_epi32(early, _mm512_add_epi32(even, _mm512_set1_epi32(1)), late);
+#else
+    uint32_t all_ends[WIDE_LANES] = {0};
+    float all_heights[WIDE_LANES] = {0};
+    for (uint32_t i = 0; i < count && i < WIDE_LANES; i++) {
+        all_ends[i] = edges[i].ends;
+        all_heights[i] = edges[i].height;
     }
+    *ends = wide_load_ints(all_ends);
+    *heights = wide_load(all_heights);
+#endif
 }
 
-CLAST_LANES clast_wide wanted_of_batch(const clast_rate_view *view, const clast_rate_edges *edges,
+CLAST_LANES edge_batch load_batch(const clast_rate_edges *edges, uint32_t first)
+{
+    enum { SITE_FLOATS = sizeof(clast_rate_site) / sizeof(float) };
+    edge_batch batch;
+    clast_wide_ints ends, apart = wide_splat_ints(WEIGHT_ONE);
+    load_edges(edges->edges + first, edges->count - first, &ends, &batch.heights);
+    clast_wide_ints a = ends & wide_splat_ints(255), b = wide_shift_right(ends, 8) & wide_splat_ints(255);
+    clast_wide_ints firsts = a * SITE_FLOATS, seconds = b * SITE_FLOATS;
+    memcpy(batch.firsts, &firsts, sizeof firsts);
+    memcpy(batch.seconds, &seconds, sizeof seconds);
+    if (edges->apart != NULL) {
+        apart = wide_load_first(edges->apart + first, edges->count - first);
+    }
+    clast_wide_ints most = apart * (int32_t)PATTERN_SEGMENTS, one = wide_splat_ints(1);
+    most = wide_pick_more_ints(a, b, most, wide_pick_more_ints(b, a, most, one));
+    batch.most = wide_to_floats(most);
+    return batch;
+}
+
+CLAST_LANES clast_wide_columns middles_of(const clast_rate_site *middles, uint32_t count)
+{
+    uint32_t places[WIDE_LANES];
+    for (uint32_t i = 0; i < WIDE_LANES; i++) {
+        places[i] = wide_rows_together[min_uint(i, count - 1)];
+    }
+    return wide_turn(middles->of, places);
+}
+
+CLAST_LANES clast_wide wanted_of_batch(const clast_rate_view *view, const clast_rate_edges *edges, uint32_t at,
                                        const edge_batch *batch)
 {
-    clast_wide_columns a = wide_turn(batch->firsts), b = wide_turn(batch->seconds);
+    clast_wide_columns a = wide_turn(edges->sites->of, batch->firsts), b = wide_turn(edges->sites->of, batch->seconds);
     seen_point first = seen_in(&a), second = seen_in(&b), middle;
     if (edges->middles != NULL) {
-        clast_wide_columns m = wide_turn(batch->middles);
+        clast_wide_columns m = middles_of(edges->middles + at, edges->count - at);
         middle = seen_in(&m);
     } else {
-        middle = look_at_middle(view, edges, &a, &b, wide_load(batch->heights));
+        middle = look_at_middle(view, edges, &a, &b, batch->heights);
     }
     return wanted_of(view, &first, &second, &middle);
 }
@@ -263,14 +295,13 @@ CLAST_LANES clast_wide wanted_of_batch(const clast_rate_view *view, const clast_
 void CLAST_KERNEL(clast_rate_edges)(const clast_rate_view *view, const clast_rate_edges *edges, uint32_t *factors)
 {
     for (uint32_t first = 0; first < edges->count; first += WIDE_LANES) {
-        edge_batch batch;
-        load_batch(edges, first, &batch);
+        edge_batch batch = load_batch(edges, first);
         clast_wide wanted = wide_splat(view->density);
         if (view->metric != CLAST_METRIC_FIXED) {
-            wanted = wanted_of_batch(view, edges, &batch);
+            wanted = wanted_of_batch(view, edges, first, &batch);
         }
         clast_wide rounded = wide_max1(wide_splat(1.0f), wanted + 0.5f);
-        clast_wide_ints whole = wide_to_ints(wide_min1(rounded, wide_load(batch.most)));
+        clast_wide_ints whole = wide_to_ints(wide_min1(rounded, batch.most));
         uint32_t count = edges->count - first;
         memcpy(factors + first, &whole, (count < WIDE_LANES ? count : WIDE_LANES) * sizeof *factors);
     }
