@@ -29,6 +29,7 @@ void clast_watch_interrupts(void)
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
+    signal(SIGXFSZ, SIG_IGN); // a file that may not grow is then an error, as on a full disk
 }
 
 bool clast_interrupted(void)

@@ -45,6 +45,14 @@ if [ -c /dev/full ]; then
     [ $? -eq 1 ] || wrong "help on a full disk did not fail"
 fi
 same picture.png before.png
+# So does a limit on the size of files.
+(
+    ulimit -f 1
+    "$CLAST" render --quiet --width 64 --height 64 --spp 1 "$DATA/box.obj" limited.png 2>err.txt
+)
+[ $? -eq 1 ] || wrong "a file beyond the limit did not fail"
+grep -q '^clast: limited.png: ' err.txt || wrong "a file beyond the limit: $(cat err.txt)"
+absent limited.png
 # Links stay links.
 ln -s picture.png link.png
 # shellcheck disable=SC2086 # lists of words
