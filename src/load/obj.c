@@ -181,18 +181,66 @@ static bool read_corner(obj_reader *reader, clast_obj_corner *corner)
     return true;
 }
 
+// Whether a corner's indices are as those of all before it; the first says how these are.
+static bool is_alike(clast_obj *obj, clast_obj_corner corner)
+{
+    if (obj->corner_count == 0) {
+        obj->has_alike_coordinates = corner.coordinate != CLAST_NONE;
+        obj->has_alike_normals = corner.normal != CLAST_NONE;
+    }
+    return corner.coordinate == (obj->has_alike_coordinates ? corner.position : CLAST_NONE) &&
+           corner.normal == (obj->has_alike_normals ? corner.position : CLAST_NONE);
+}
+
+// From now on corners are kept whole.
+static clast_status unfold_corners(clast_obj *obj)
+{
+    clast_obj_corner *corners = NULL;
+    size_t capacity = 0;
+    clast_status status = CLAST_RESERVE(obj->context, corners, capacity, obj->corner_count + 1);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    for (size_t i = 0; i < obj->corner_count; i++) {
+        corners[i] = clast_obj_corner_at(obj, i);
+    }
+    clast_free(obj->context, obj->alike_corners);
+    obj->alike_corners = NULL;
+    obj->corners = corners;
+    obj->corner_capacity = capacity;
+    return CLAST_OK;
+}
+
+static clast_status add_corner(clast_obj *obj, clast_obj_corner corner)
+{
+    if (obj->corners == NULL && is_alike(obj, corner)) {
+        clast_status status = CLAST_RESERVE(obj->context, obj->alike_corners, obj->corner_capacity,
+                                            obj->corner_count + 1);
+        if (status == CLAST_OK) {
+            obj->alike_corners[obj->corner_count++] = corner.position;
+        }
+        return status;
+    }
+    clast_status status = obj->corners == NULL
+                              ? unfold_corners(obj)
+                              : CLAST_RESERVE(obj->context, obj->corners, obj->corner_capacity, obj->corner_count + 1);
+    if (status == CLAST_OK) {
+        obj->corners[obj->corner_count++] = corner;
+    }
+    return status;
+}
+
 static clast_status read_corners(obj_reader *reader)
 {
-    clast_obj *obj = reader->obj;
     while (!clast_line_is_over(&reader->text)) {
-        clast_status status = CLAST_RESERVE(obj->context, obj->corners, obj->corner_capacity, obj->corner_count + 1);
+        clast_obj_corner corner;
+        if (!read_corner(reader, &corner)) {
+            return malformed(reader, "f with corners such as 1, 1/2, 1//3 or 1/2/3, counted from 1 or back from -1");
+        }
+        clast_status status = add_corner(reader->obj, corner);
         if (status != CLAST_OK) {
             return status;
         }
-        if (!read_corner(reader, &obj->corners[obj->corner_count])) {
-            return malformed(reader, "f with corners such as 1, 1/2, 1//3 or 1/2/3, counted from 1 or back from -1");
-        }
-        obj->corner_count++;
     }
     return CLAST_OK;
 }
@@ -454,7 +502,7 @@ static clast_status check_corners(const clast_obj *obj)
     for (size_t f = 0; f < obj->face_count; f++) {
         uint64_t end = f + 1 < obj->face_count ? obj->faces[f + 1].first_corner : obj->corner_count;
         for (uint64_t i = obj->faces[f].first_corner; i < end; i++) {
-            clast_obj_corner corner = obj->corners[i];
+            clast_obj_corner corner = clast_obj_corner_at(obj, i);
             const char *what = corner.position >= obj->position_count ? "vertices"
                                : corner.coordinate != CLAST_NONE && corner.coordinate >= obj->coordinate_count
                                    ? "texture coordinates"
@@ -496,6 +544,7 @@ static void obj_free(clast_obj *obj)
     clast_free(context, obj->coordinates);
     clast_free(context, obj->normals);
     clast_free(context, obj->corners);
+    clast_free(context, obj->alike_corners);
     clast_free(context, obj->faces);
     clast_free(context, obj->objects);
     clast_free(context, obj->materials);

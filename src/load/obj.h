@@ -42,7 +42,10 @@ typedef struct clast_obj {
     size_t coordinate_count, coordinate_capacity;
     float (*normals)[3]; // unit length, or zero
     size_t normal_count, normal_capacity;
-    clast_obj_corner *corners;
+    // Most files give a corner's indices alike: while all do, only those of positions are kept, a third of the memory.
+    uint32_t *alike_corners;
+    bool has_alike_coordinates, has_alike_normals; // else those corners have none
+    clast_obj_corner *corners;                     // null while all are alike
     size_t corner_count, corner_capacity;
     clast_obj_face *faces;
     size_t face_count, face_capacity;
@@ -54,7 +57,17 @@ typedef struct clast_obj {
     clast_mtl library;
 } clast_obj;
 
-// Adds a mesh and an instance for each object that has faces.
-clast_status clast_obj_add_meshes(const clast_obj *obj);
+static inline clast_obj_corner clast_obj_corner_at(const clast_obj *obj, uint64_t number)
+{
+    if (obj->corners != NULL) {
+        return obj->corners[number];
+    }
+    uint32_t index = obj->alike_corners[number];
+    return (clast_obj_corner){index, obj->has_alike_coordinates ? index : CLAST_NONE,
+                              obj->has_alike_normals ? index : CLAST_NONE};
+}
+
+// Adds a mesh and an instance for each object that has faces. Frees the corners and faces when the last object has used them.
+clast_status clast_obj_add_meshes(clast_obj *obj);
 
 #endif

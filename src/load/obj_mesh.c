@@ -17,6 +17,9 @@ typedef struct mesh_builder {
     const clast_obj *obj;
     size_t begin, end; // faces
     bool has_normals, has_coordinates, has_one_material;
+    uint32_t lowest, highest; // positions used
+    bool lacks_normals;       // of a corner, at least
+    uint32_t *numbers; // of the vertices of positions from `lowest` on, where corners are alike; null: the table's
     clast_obj_corner *vertices; // `normal` also counts derived ones
     size_t vertex_count, vertex_capacity;
     clast_table vertex_table;
@@ -25,6 +28,7 @@ typedef struct mesh_builder {
     clast_table derived_table;
     uint32_t *indices;
     uint32_t *materials;
+    uint32_t material; // of the first face
     size_t triangle_count;
     uint32_t *face_vertices; // of the face at hand
     size_t face_capacity;
@@ -61,6 +65,7 @@ static clast_status survey(mesh_builder *builder)
 {
     const clast_obj *obj = builder->obj;
     builder->has_one_material = true;
+    builder->lowest = UINT32_MAX;
     for (size_t f = builder->begin; f < builder->end; f++) {
         uint64_t end = face_end(obj, f);
         builder->triangle_count += end - obj->faces[f].first_corner - 2;
@@ -68,8 +73,13 @@ static clast_status survey(mesh_builder *builder)
         builder->has_one_material = builder->has_one_material &&
                                     scene_material(obj, f) == scene_material(obj, builder->begin);
         for (uint64_t i = obj->faces[f].first_corner; i < end; i++) {
-            builder->has_normals = builder->has_normals || has_normal(obj, obj->corners[i]);
-            builder->has_coordinates = builder->has_coordinates || obj->corners[i].coordinate != CLAST_NONE;
+            clast_obj_corner corner = clast_obj_corner_at(obj, i);
+            bool has_own_normal = has_normal(obj, corner);
+            builder->has_normals = builder->has_normals || has_own_normal;
+            builder->lacks_normals = builder->lacks_normals || !has_own_normal;
+            builder->has_coordinates = builder->has_coordinates || corner.coordinate != CLAST_NONE;
+            builder->lowest = corner.position < builder->lowest ? corner.position : builder->lowest;
+            builder->highest = corner.position > builder->highest ? corner.position : builder->highest;
         }
     }
     return builder->triangle_count <= UINT32_MAX / 3 ? CLAST_OK : out_of_range(builder);
@@ -111,8 +121,46 @@ static clast_status find_smooth(mesh_builder *builder, uint32_t position, uint32
     return status;
 }
 
+// Where corners are alike and none needs a normal made, a position is one vertex: its number is looked up, not searched. Not for
+// an object with few of the positions between its first and its last.
+static clast_status number_by_position(mesh_builder *builder)
+{
+    const clast_obj *obj = builder->obj;
+    uint64_t range = (uint64_t)builder->highest - builder->lowest + 1;
+    uint64_t corners = face_end(obj, builder->end - 1) - obj->faces[builder->begin].first_corner;
+    if (obj->corners != NULL || (builder->has_normals && builder->lacks_normals) || range > corners) {
+        return CLAST_OK;
+    }
+    builder->numbers = clast_allocate(obj->context, (size_t)range, sizeof *builder->numbers);
+    if (builder->numbers == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    memset(builder->numbers, 0xff, (size_t)range * sizeof *builder->numbers); // CLAST_NONE
+    return CLAST_OK;
+}
+
+static clast_status add_vertex(mesh_builder *builder, clast_obj_corner key, uint32_t *number)
+{
+    if (builder->vertex_count + 1 >= CLAST_NONE) {
+        return out_of_range(builder);
+    }
+    clast_status status = CLAST_RESERVE(builder->obj->context, builder->vertices, builder->vertex_capacity,
+                                        builder->vertex_count + 1);
+    if (status == CLAST_OK) {
+        *number = (uint32_t)builder->vertex_count;
+        builder->vertices[builder->vertex_count++] = key;
+    }
+    return status;
+}
+
 static clast_status find_vertex(mesh_builder *builder, clast_obj_corner key, uint32_t *number)
 {
+    if (builder->numbers != NULL) {
+        uint32_t *known = &builder->numbers[key.position - builder->lowest];
+        clast_status status = *known == CLAST_NONE ? add_vertex(builder, key, known) : CLAST_OK;
+        *number = *known;
+        return status;
+    }
     clast_context *context = builder->obj->context;
     clast_status status = clast_table_reserve(context, &builder->vertex_table);
     if (status != CLAST_OK) {
@@ -127,14 +175,9 @@ static clast_status find_vertex(mesh_builder *builder, clast_obj_corner key, uin
             return CLAST_OK;
         }
     }
-    if (builder->vertex_count + 1 >= CLAST_NONE) {
-        return out_of_range(builder);
-    }
-    status = CLAST_RESERVE(context, builder->vertices, builder->vertex_capacity, builder->vertex_count + 1);
+    status = add_vertex(builder, key, number);
     if (status == CLAST_OK) {
-        *number = (uint32_t)builder->vertex_count;
         clast_table_insert(&builder->vertex_table, hash, place, *number);
-        builder->vertices[builder->vertex_count++] = key;
     }
     return status;
 }
@@ -184,13 +227,13 @@ static clast_status add_face(mesh_builder *builder, size_t face, size_t *triangl
         return status;
     }
     for (uint32_t i = 0; i < count; i++) {
-        memcpy(builder->polygon.points[i], obj->positions[obj->corners[first + i].position],
-               sizeof *builder->polygon.points);
+        uint32_t position = clast_obj_corner_at(obj, first + i).position;
+        memcpy(builder->polygon.points[i], obj->positions[position], sizeof *builder->polygon.points);
     }
     clast_polygon_cut(&builder->polygon, count);
     uint32_t flat = CLAST_NONE;
     for (uint32_t i = 0; i < count; i++) {
-        clast_obj_corner corner = obj->corners[first + i];
+        clast_obj_corner corner = clast_obj_corner_at(obj, first + i);
         status = choose_normal(builder, face, &corner, &flat);
         if (status == CLAST_OK) {
             status = find_vertex(builder, corner, &builder->face_vertices[i]);
@@ -317,7 +360,7 @@ static clast_status add_mesh(mesh_builder *builder, const char *name)
         .colours = (const float *)arrays.colours,
         .indices = builder->indices,
         .triangle_materials = builder->materials,
-        .material = scene_material(obj, builder->begin),
+        .material = builder->material,
     };
     void *blocks[] = {arrays.positions, arrays.normals,   arrays.coordinates,
                       arrays.colours,   builder->indices, builder->materials};
@@ -332,6 +375,7 @@ static clast_status add_mesh(mesh_builder *builder, const char *name)
 static void builder_free(mesh_builder *builder)
 {
     clast_context *context = builder->obj->context;
+    clast_free(context, builder->numbers);
     clast_free(context, builder->vertices);
     clast_table_free(context, &builder->vertex_table);
     clast_free(context, builder->derived);
@@ -342,20 +386,39 @@ static void builder_free(mesh_builder *builder)
     clast_polygon_free(context, &builder->polygon);
 }
 
-clast_status clast_obj_add_meshes(const clast_obj *obj)
+static void free_statements(clast_obj *obj)
 {
+    clast_free(obj->context, obj->corners);
+    clast_free(obj->context, obj->alike_corners);
+    clast_free(obj->context, obj->faces);
+    obj->corners = NULL;
+    obj->alike_corners = NULL;
+    obj->faces = NULL;
+    obj->corner_count = obj->face_count = 0;
+}
+
+clast_status clast_obj_add_meshes(clast_obj *obj)
+{
+    size_t face_count = obj->face_count;
     for (size_t i = 0; i < obj->object_count; i++) {
         mesh_builder builder = {
             .obj = obj,
             .begin = obj->objects[i].first_face,
-            .end = i + 1 < obj->object_count ? obj->objects[i + 1].first_face : obj->face_count,
+            .end = i + 1 < obj->object_count ? obj->objects[i + 1].first_face : face_count,
         };
         if (builder.begin == builder.end) {
             continue;
         }
         clast_status status = survey(&builder);
         if (status == CLAST_OK) {
+            status = number_by_position(&builder);
+        }
+        if (status == CLAST_OK) {
+            builder.material = scene_material(obj, builder.begin);
             status = add_faces(&builder);
+        }
+        if (builder.end == face_count) { // the meshes' arrays come in the place of what they were made from
+            free_statements(obj);
         }
         if (status == CLAST_OK) {
             status = add_mesh(&builder, obj->objects[i].name);
@@ -368,7 +431,7 @@ clast_status clast_obj_add_meshes(const clast_obj *obj)
             return status;
         }
     }
-    if (obj->face_count == 0) {
+    if (face_count == 0) {
         clast_log(obj->context, CLAST_LOG_WARNING, "%s: the file has no faces", obj->path);
     }
     return CLAST_OK;

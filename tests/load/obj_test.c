@@ -231,6 +231,30 @@ static void memory_that_runs_out_is_an_error(void **state)
     load_without_memory(f, "a.obj");
 }
 
+// While all corners are alike, vertices are numbered by their positions; the first other one changes nothing for those before it.
+static void corners_may_be_alike_until_one_is_not(void **state)
+{
+    fixture *f = *state;
+#define ALIKE "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 3/3 1/1 2/2\nf 1/1 3/3 4/4\n"
+    assert_loads(f, "a.obj", ALIKE);
+    ASSERT_INDICES(mesh_of(f, 0)->indices, 0, 1, 2, 1, 0, 3);
+    assert_int_equal(mesh_of(f, 0)->vertex_count, 4);
+    ASSERT_FLOATS(mesh_of(f, 0)->positions, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0);
+    assert_loads(f, "a.obj", ALIKE "f 1/1 3/3 4/1\nf 2/2 3 1/1\n");
+    ASSERT_INDICES(mesh_of(f, 0)->indices, 0, 1, 2, 1, 0, 3, 1, 0, 4, 2, 5, 1);
+    assert_int_equal(mesh_of(f, 0)->vertex_count, 6);
+    ASSERT_FLOATS(mesh_of(f, 0)->coordinates[0], 0, 1, 0, 0, 1, 1, 1, 0, 0, 0, 1, 0, 0);
+    assert_loads(
+        f, "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\nvn 0 1 0\nvn 0 0 0\nf 1//1 2//2 3//3\n"); // a normal that is none
+    ASSERT_FLOATS(mesh_of(f, 0)->normals, 0, 0, 0, 1, 0, 1, 0, 0, 0, 1);
+    assert_loads(f, "a.obj", ALIKE "o second\nf 4/4 2/2 3/3\no third\nf 2/1 3/3 1/1\no empty\n");
+    assert_int_equal(f->scene->geometry_count, 3);
+    ASSERT_INDICES(mesh_of(f, 1)->indices, 0, 1, 2);
+    ASSERT_FLOATS(mesh_of(f, 2)->coordinates[0], 0, 0, 1, 1, 0, 0, 1);
+#undef ALIKE
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -253,6 +277,7 @@ int main(void)
         LOADER_TEST(a_file_without_faces_is_an_empty_scene_with_a_warning),
         LOADER_TEST(wrong_lines_are_refused_with_their_number),
         LOADER_TEST(broken_files_do_no_harm),
+        LOADER_TEST(corners_may_be_alike_until_one_is_not),
         LOADER_TEST(memory_that_runs_out_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
