@@ -60,7 +60,7 @@ void clast_cooked_use_patterns(clast_cooked *cooked, const clast_pattern_table *
     patterns = patterns != NULL ? patterns : &clast_patterns;
     for (size_t i = 0; cooked->patterns != patterns && i < cooked->unit_count; i++) {
         if (cooked->units[i] != NULL) {
-            cooked->units[i]->stale = cooked->units[i]->kind == CLAST_SOURCE_DISPLACED;
+            cooked->units[i]->stale = clast_source_of(cooked->units[i])->adapts;
         }
     }
     cooked->patterns = patterns;
