@@ -360,6 +360,19 @@ static void textures_that_are_not_there_are_refused(void **state)
     close_world(&w);
 }
 
+static void maps_of_too_many_texels_are_refused(void **state)
+{
+    clast_context *context = *state;
+    const clast_texture texture = {0};
+    clast_height height = {0};
+    clast_image image = {65536, 65536, 1, CLAST_PIXEL_UNORM8, NULL};
+    assert_int_equal(clast_height_lay_out(context, &image, &texture, &height), CLAST_ERROR_LIMIT);
+    image.height = 16384; // 1.4 thousand million with all levels
+    assert_ok(context, clast_height_lay_out(context, &image, &texture, &height));
+    assert_int_equal(height.map.level_count, HEIGHT_LEVELS);
+    assert_int_equal(height.map.widths[HEIGHT_LEVELS - 1], 2);
+}
+
 static void count_line(void *user, clast_log_level level, const char *line)
 {
     assert_int_equal(level, CLAST_LOG_WARNING);
@@ -451,6 +464,7 @@ int main(void)
         CONTEXT_TEST(bounds_of_unknown_places_hold_everything),
         CONTEXT_TEST(units_share_maps),
         CONTEXT_TEST(textures_that_are_not_there_are_refused),
+        CONTEXT_TEST(maps_of_too_many_texels_are_refused),
         cmocka_unit_test(heights_that_are_no_numbers_count_as_zero),
         cmocka_unit_test(memory_that_runs_out_leaves_nothing),
     };
