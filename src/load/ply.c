@@ -398,9 +398,28 @@ static clast_status read_faces(clast_ply_reader *reader, bool strips)
 
 // ----------------------------------------------------------------------------------------------------------- the file
 
+// Bytes of an item of a binary element; 0 where a list makes them different, or there are none.
+static uint64_t size_of_item(const clast_ply_reader *reader)
+{
+    uint64_t size = 0;
+    for (size_t i = 0; i < reader->element->property_count; i++) {
+        const clast_ply_property *property = &properties_of(reader)[i];
+        if (property->is_list) {
+            return 0;
+        }
+        size += clast_ply_type_size(property->type);
+    }
+    return size;
+}
+
 static clast_status skip_element(clast_ply_reader *reader)
 {
     const clast_ply_element *element = reader->element;
+    uint64_t size = reader->header.encoding != CLAST_PLY_ASCII ? size_of_item(reader) : 0;
+    if (size != 0 && element->count <= (reader->bytes.size - reader->position) / size) {
+        reader->position += element->count * size;
+        return CLAST_OK;
+    }
     clast_status status = CLAST_OK;
     for (reader->item = 0; status == CLAST_OK && element->property_count > 0 && reader->item < element->count;
          reader->item++) {

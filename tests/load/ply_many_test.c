@@ -30,12 +30,13 @@ static void add(file *f, const void *value, size_t size, double number)
 static file make(encoding encoding, uint32_t wrong, uint32_t odd)
 {
     static const char *const names[] = {"ascii", "binary_little_endian", "binary_big_endian"};
-    file f = {malloc(64 * (VERTICES + FACES) + 1000), 0, encoding};
+    file f = {malloc(64 * (VERTICES + FACES) + 30000), 0, encoding};
     assert_non_null(f.data);
     f.size = (size_t)sprintf(
         (char *)f.data,
         "ply\nformat %s 1.0\nelement vertex %d\nproperty short id\nproperty float x\nproperty float y\n"
         "property double z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "element other 1000\nproperty short a\nproperty double b\n"
         "element face %d\nproperty uchar flag\nproperty list uchar int vertex_indices\nproperty float w\n"
         "end_header\n",
         names[encoding], VERTICES, FACES);
@@ -47,6 +48,10 @@ static file make(encoding encoding, uint32_t wrong, uint32_t odd)
         ADD(&f, uint8_t, i);
         ADD(&f, uint8_t, i >> 8);
         ADD(&f, uint8_t, 7);
+    }
+    for (uint32_t i = 0; i < 1000; i++) { // what is skipped
+        ADD(&f, int16_t, i);
+        ADD(&f, double, i);
     }
     for (uint32_t i = 0; i < FACES; i++) {
         uint32_t corner = i % 39000, count = i % 5 == 4 ? 2 : 3 + i % 3;
