@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Aims rays exactly at shared edges and vertices of closed meshes and counts those that slip through.
 //
-//   watertight [--rays N] [--seed S] [--isa NAME | all] [--threads T] [--peer embree] [--meshes made|models|all]
+//   watertight [--rays N] [--seed S] [--isa NAME | all] [--threads T] [--peer embree]
+//              [--meshes made|models|all|displaced]
 //
 // A leak is a ray from inside that hits nothing, or a ray that crosses the surface for certain (watertight_crossing.c) at the
 // edge it was aimed at, and hits nothing or only something behind. Rays go one by one and in batches, to the nearest hit and
-// to any. Models are those of the folder CLAST_ASSETS. Ends with a line `leaks: L of N rays` and exits 1 where L > 0. The rays
+// to any. Models are those of the folder CLAST_ASSETS. Displaced meshes are looked at in each frame of a flight; an edge that
+// has not two faces there is a leak too. Ends with a line `leaks: L of N rays` and exits 1 where L > 0. The rays
 // depend on the seed and the meshes alone; each instruction set gets N.
 #include <errno.h>
 #include <stdatomic.h>
@@ -344,8 +346,69 @@ static void trace_range(void *data, size_t begin, size_t end, uint32_t worker)
     }
 }
 
+static void trace_all(run *r)
+{
+    clast_parallel_for(r->context, (size_t)((r->rays + CHUNK - 1) / CHUNK), 1, trace_range, r);
+    r->total += r->rays;
+}
+
+// ------------------------------------------------------------------------------------------------------------- flights
+
+// Rays at one frame of a flight.
+static bool test_moment(run *r, displaced_moment *moment)
+{
+    if (moment->open != 0 || !surface_find_inside(&moment->s, r->seed)) {
+        printf("%s: %u of %u triangles' edges have not two faces%s\n", moment->s.name, moment->open,
+               moment->s.m.triangle_count, moment->open == 0 ? ", and nothing is inside" : "");
+        atomic_fetch_add(&r->count.leaks, moment->open);
+        return moment->open != 0;
+    }
+    variant v = {.s = moment->s, .kind = CLUSTERS_OWN, .size = 1.0f};
+    for (uint32_t map = 0; map < WATERTIGHT_MAPS; map++) {
+        v.maps[map] = moment->map;
+        v.tlas[map] = moment->tlas;
+    }
+    r->variants = &v;
+    r->variant_count = 1;
+    trace_all(r);
+    r->variants = NULL;
+    r->variant_count = 0;
+    return true;
+}
+
+static int test_flight(run *r, const char *assets)
+{
+    displaced_flight *flight = displaced_flight_create(r->context, assets);
+    if (flight == NULL) {
+        return 2;
+    }
+    uint64_t rays = r->rays, seed = r->seed, triangles = 0;
+    uint32_t frames = displaced_flight_frames(flight);
+    int result = 0;
+    for (uint32_t i = 0; i < frames && result == 0; i++) {
+        displaced_moment moment;
+        clast_status status = displaced_flight_fly(flight, i, &moment);
+        if (status != CLAST_OK) {
+            fprintf(stderr, "frame %u: %s\n", i, clast_context_error(r->context));
+            result = 2;
+            break;
+        }
+        r->rays = rays * (i + 1) / frames - rays * i / frames;
+        r->seed = seed + i;
+        triangles += moment.s.m.triangle_count;
+        result = test_moment(r, &moment) ? 0 : 2;
+        surface_free(&moment.s);
+    }
+    r->rays = rays;
+    r->seed = seed;
+    displaced_flight_destroy(flight);
+    printf("%s: %llu rays at %u frames of %llu triangles\n", clast_isa_text(clast_context_isa(r->context)),
+           (unsigned long long)rays, frames, (unsigned long long)triangles);
+    return result;
+}
+
 // All surfaces through one instruction set. Gives 77 where the machine lacks it.
-static int test_isa(run *r, const clast_context_desc *desc, bool made, bool models)
+static int test_isa(run *r, const clast_context_desc *desc, bool made, bool models, bool displaced)
 {
     clast_status status = clast_context_create(desc, &r->context);
     if (status == CLAST_ERROR_DEVICE) {
@@ -359,6 +422,11 @@ static int test_isa(run *r, const clast_context_desc *desc, bool made, bool mode
     double start = clast_clock();
     const char *assets = getenv("CLAST_ASSETS");
     int result = 0;
+    if (displaced) {
+        result = test_flight(r, assets);
+        clast_context_destroy(r->context);
+        return result;
+    }
     if (r->surfaces == NULL) {
         if (made && !make_surfaces(r)) {
             result = 2;
@@ -380,8 +448,7 @@ static int test_isa(run *r, const clast_context_desc *desc, bool made, bool mode
         }
     }
     if (result == 0) {
-        clast_parallel_for(r->context, (size_t)((r->rays + CHUNK - 1) / CHUNK), 1, trace_range, r);
-        r->total += r->rays;
+        trace_all(r);
         printf("%s: %llu rays at %u surfaces in %u ways, %.0f s\n", clast_isa_text(clast_context_isa(r->context)),
                (unsigned long long)r->rays, r->surface_count, r->variant_count, clast_clock() - start);
     }
@@ -413,7 +480,7 @@ static int finish(run *r)
 typedef struct options {
     uint64_t rays, seed, threads;
     clast_isa isa;
-    bool all_isas, has_peer, made, models;
+    bool all_isas, has_peer, made, models, displaced;
 } options;
 
 static bool read_number(const char *text, uint64_t *number)
@@ -446,6 +513,10 @@ static bool read_isa(const char *text, options *o)
 
 static bool read_meshes(const char *text, options *o)
 {
+    o->displaced = strcmp(text, "displaced") == 0;
+    if (o->displaced) {
+        return true;
+    }
     o->made = strcmp(text, "models") != 0;
     o->models = strcmp(text, "made") != 0;
     return (o->made && o->models) == (strcmp(text, "all") == 0);
@@ -481,7 +552,7 @@ int main(int count, char **arguments)
     setvbuf(stdout, NULL, _IOLBF, 0); // long runs are watched
     if (!read_options(count, arguments, &o)) {
         fprintf(stderr, "usage: watertight [--rays N] [--seed S] [--isa NAME|all] [--threads T] [--peer embree]\n"
-                        "                  [--meshes made|models|all]\n");
+                        "                  [--meshes made|models|all|displaced]\n");
         return 2;
     }
     static run r;
@@ -494,7 +565,7 @@ int main(int count, char **arguments)
     int result = 0;
     for (size_t i = 0; i < (o.all_isas ? sizeof list / sizeof list[0] : 1) && result != 2; i++) {
         desc.isa = o.all_isas ? list[i] : o.isa;
-        int one = test_isa(&r, &desc, o.made, o.models);
+        int one = test_isa(&r, &desc, o.made, o.models, o.displaced);
         result = one == 77 && r.total > 0 ? result : one;
     }
     result = result == 0 ? finish(&r) : result;

@@ -120,6 +120,23 @@ typedef struct shot {
 // Rays from one origin, at edges next to each other.
 void aim(const surface *s, const placing *p, randoms *r, shot *shots, size_t count);
 
+// ----------------------------------------------------------------------------------------------------------- displaced
+
+// A flight around displaced meshes, each frame of which is made as it is for a picture.
+typedef struct displaced_flight displaced_flight;
+typedef struct displaced_moment {
+    surface s;        // the caller's
+    uint32_t open;    // its edges that have not two faces
+    placing map;      // of the one instance
+    clast_tlas *tlas; // until the next moment
+} displaced_moment;
+
+// With the models of the folder `assets`, where it is not null. Null, and the error printed, where that fails.
+displaced_flight *displaced_flight_create(clast_context *context, const char *assets);
+void displaced_flight_destroy(displaced_flight *f);
+uint32_t displaced_flight_frames(const displaced_flight *f);
+clast_status displaced_flight_fly(displaced_flight *f, uint32_t number, displaced_moment *moment);
+
 // ---------------------------------------------------------------------------------------------------------------- peer
 
 // Another tracer over the same surfaces, in two modes, the fast and the robust one. All null where there is none.
