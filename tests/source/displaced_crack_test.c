@@ -299,7 +299,7 @@ static clast_source_view random_view(numbers *random, uint32_t number)
     if (view.metric == CLAST_METRIC_LENGTH) {
         view.segment = 0.04f + 0.2f * fabsf(next_number(random));
     } else if (view.metric == CLAST_METRIC_FIXED) {
-        view.segment = 1.0f + floorf(10.0f * fabsf(next_number(random)));
+        view.segment = 1.0f + floorf(30.0f * fabsf(next_number(random)));
     }
     view.alone = number / 4 % 4 != 3;
     view.hidden = number % 11 == 10;
