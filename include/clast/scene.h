@@ -42,8 +42,8 @@ typedef struct clast_scene_choice {
 
 /** The same with a choice, null for none. A choice that a glTF file does not have is INVALID_ARGUMENT; the message lists those that
  *  it has. */
-CLAST_API clast_status clast_scene_load_chosen(clast_context *context, const char *path, const clast_scene_choice *choice,
-                                               clast_scene **scene);
+CLAST_API clast_status clast_scene_load_chosen(clast_context *context, const char *path,
+                                               const clast_scene_choice *choice, clast_scene **scene);
 
 /* ----------------------------------------------------------------------------------------------- images and materials */
 
@@ -127,9 +127,10 @@ typedef struct clast_material_desc {
     X(base_colour_texture) \
     X(metallic_roughness_texture) \
     X(normal_texture) \
-    X(occlusion_texture) X(emissive_texture) X(displacement_texture) X(specular_texture) X(specular_colour_texture) \
-        X(clearcoat_texture) X(clearcoat_roughness_texture) X(clearcoat_normal_texture) X(sheen_colour_texture) \
-            X(sheen_roughness_texture) X(anisotropy_texture) X(transmission_texture)
+    X(occlusion_texture) \
+    X(emissive_texture) X(displacement_texture) X(specular_texture) X(specular_colour_texture) X(clearcoat_texture) \
+        X(clearcoat_roughness_texture) X(clearcoat_normal_texture) X(sheen_colour_texture) X(sheen_roughness_texture) \
+            X(anisotropy_texture) X(transmission_texture)
 
 /** Light grey, rough, not metallic, double sided, without textures or layers, of refractive index 1.5; a displacement texture
  *  has scale 1 and offset 0. */
