@@ -19,6 +19,7 @@ typedef struct split_job {
     const clast_rate_kernels *rate_kernels;
     clast_displace_kernel displace;
     displaced_face face;
+    bool plain; // all its points have one owner
 } split_job;
 
 // A triangle that is split.
@@ -64,15 +65,16 @@ static void put_base_point(const split_job *job, clast_weights at, uint32_t i, c
 }
 
 // Moves points by their owners' maps, those that follow each other and have the same at once.
-static void displace_points(const split_job *job, const clast_weights *at, const uint16_t *levels, uint32_t count,
-                            clast_rate_points *points)
+static void displace_points(const split_job *job, const clast_weights *at, const uint8_t *places,
+                            const uint16_t *levels, uint32_t count, clast_rate_points *points)
 {
     clast_displace_corner corners[RATE_POINTS];
     uint32_t numbers[RATE_POINTS], weights[RATE_POINTS] = {0}; // all of each point's one corner
     packed3 moved[RATE_POINTS];
     const displaced_map *maps[RATE_POINTS];
     for (uint32_t i = 0; i < count; i++) {
-        displaced_site site = clast_displaced_site(job->unit, &job->face, at[i]);
+        uint32_t place = places != NULL ? places[i] : WEIGHTS_INSIDE;
+        displaced_site site = clast_displaced_site_within(job->unit, &job->face, at[i], place);
         maps[i] = site.map;
         numbers[i] = i * 0x10101u;
         corners[i] = (clast_displace_corner){{
@@ -103,9 +105,10 @@ static void displace_points(const split_job *job, const clast_weights *at, const
     }
 }
 
-// What points come to in the view, displaced, and the levels at them. At most RATE_POINTS; room for as many.
-static void look_at_some(const split_job *job, const clast_weights *at, uint32_t count, clast_rate_site *sites,
-                         uint16_t *levels)
+// What points come to in the view, displaced, and the levels at them. At most RATE_POINTS; room for as many. They are seen as
+// part of the edges `places` or, where it is null, of the triangle.
+static void look_at_some(const split_job *job, const clast_weights *at, const uint8_t *places, uint32_t count,
+                         clast_rate_site *sites, uint16_t *levels)
 {
     clast_rate_points points;
     uint32_t padded = (count + RATE_LANES_MOST - 1) / RATE_LANES_MOST * RATE_LANES_MOST;
@@ -114,7 +117,7 @@ static void look_at_some(const split_job *job, const clast_weights *at, uint32_t
     }
     uint16_t again[RATE_POINTS];
     job->rate_kernels->points(job->view, &points, count, sites, levels);
-    displace_points(job, at, levels, count, &points);
+    displace_points(job, at, places, levels, count, &points);
     job->rate_kernels->points(job->view, &points, count, sites, again);
 }
 
@@ -152,7 +155,7 @@ typedef struct split_points {
 static void look_at_points(const split_job *job, split_points *points)
 {
     for (uint32_t first = 0; first < points->count; first += RATE_POINTS) {
-        look_at_some(job, points->at + first, min_uint(points->count - first, RATE_POINTS), points->sites + first,
+        look_at_some(job, points->at + first, NULL, min_uint(points->count - first, RATE_POINTS), points->sites + first,
                      points->levels + first);
     }
 }
@@ -176,6 +179,52 @@ static void find_factors(const split_job *job, const split_points *points, const
             .apart = apart,
         };
         job->rate_kernels->edges(job->view, &edges, factors);
+    }
+}
+
+// The edge of the triangle that two points lie on, as a place.
+static uint8_t place_of(clast_weights a, clast_weights b)
+{
+    uint8_t place = WEIGHTS_INSIDE;
+    for (uint32_t edge = 0; edge < 3; edge++) {
+        uint32_t opposite = (edge + 2) % 3;
+        place = a.of[opposite] == 0 && b.of[opposite] == 0 ? (uint8_t)(WEIGHTS_EDGE + edge) : place;
+    }
+    return place;
+}
+
+// Where owners differ, an edge inside is measured by what its triangle has, all along, and one at a seam by what the seam has. A
+// step beside a seam is no length: else it would be split without end.
+static void find_factors_by_owners(const split_job *job, const split_points *points, const edge_list *list,
+                                   uint32_t factors[EDGES_MOST])
+{
+    enum { SOME_EDGES = RATE_POINTS / 3 };
+    for (uint32_t first = 0; first < list->count; first += SOME_EDGES) {
+        uint32_t count = min_uint(list->count - first, SOME_EDGES), apart[SOME_EDGES];
+        clast_weights at[RATE_POINTS];
+        uint8_t places[RATE_POINTS];
+        clast_rate_edge ends[SOME_EDGES];
+        for (uint32_t i = 0; i < count; i++) {
+            uint32_t from = list->edges[first + i].ends;
+            clast_weights a = points->at[from & 255], b = points->at[from >> 8];
+            at[2 * i] = a;
+            at[2 * i + 1] = b;
+            at[2 * count + i] = weights_of_middle(a, b);
+            places[2 * i] = places[2 * i + 1] = places[2 * count + i] = place_of(a, b);
+            apart[i] = weights_apart(a, b);
+            ends[i] = (clast_rate_edge){2 * i | (2 * i + 1) << 8, 0.0f};
+        }
+        clast_rate_site sites[RATE_POINTS];
+        uint16_t levels[RATE_POINTS];
+        look_at_some(job, at, places, 3 * count, sites, levels);
+        clast_rate_edges edges = {
+            .sites = sites,
+            .edges = ends,
+            .count = count,
+            .middles = sites + 2 * count,
+            .apart = apart,
+        };
+        job->rate_kernels->edges(job->view, &edges, factors + first);
     }
 }
 
@@ -246,7 +295,11 @@ static void split_part(const split_job *job, const displaced_part *part, split *
                                 : (displaced_leaf_corner){points.at[i], points.levels[i]};
     }
     uint32_t factors[EDGES_MOST];
-    find_factors(job, &points, &list, factors);
+    if (job->plain || job->view->metric == CLAST_METRIC_FIXED) {
+        find_factors(job, &points, &list, factors);
+    } else {
+        find_factors_by_owners(job, &points, &list, factors);
+    }
     set_factors(made, factors);
 }
 
@@ -266,12 +319,15 @@ void clast_displaced_split(const displaced_unit *unit, const clast_pose *pose, c
                            displaced_part_function function, void *user)
 {
     clast_isa isa = clast_context_isa(unit->base.context);
-    split_job job = {unit,
-                     pose,
-                     view,
-                     clast_rate_kernels_of(isa),
-                     clast_displace_kernel_of(isa),
-                     clast_displaced_face(unit, pose, cluster, triangle)};
+    split_job job = {
+        .unit = unit,
+        .pose = pose,
+        .view = view,
+        .rate_kernels = clast_rate_kernels_of(isa),
+        .displace = clast_displace_kernel_of(isa),
+        .face = clast_displaced_face(unit, pose, cluster, triangle),
+        .plain = displaced_is_plain(unit->triangles[cluster->first_triangle + triangle]),
+    };
     split stack[SPLITS_DEEPEST];
     uint32_t depth = 1;
     split_part(&job, whole, &stack[0]);
