@@ -7,7 +7,7 @@
 #include "source/displaced.h"
 #include "source/kinds.h"
 
-enum { TRIANGLES_MOST = 200000, VIEWS = 24 };
+enum { TRIANGLES_MOST = 300000, VIEWS = 24 };
 
 // ------------------------------------------------------------------------------------------------------------- sides
 
@@ -400,6 +400,25 @@ static void split_triangles_meet_those_that_are_not_split(void **state)
     kind_close(&world);
 }
 
+// A needle, cut down to the last unit of the weights.
+static void parts_as_small_as_weights_tell_apart_are_closed(void **state)
+{
+    const float positions[4][3] = {{0, 0, 0}, {0.01f, 0, 0}, {0.005f, 0.009f, 0}, {0.005f, 0.003f, 300}};
+    const float coordinates[4][2] = {{0, 0}, {1, 0}, {0, 1}, {9, 7}};
+    const uint32_t indices[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+    clast_mesh mesh = {.vertex_count = 4, .triangle_count = 4, .positions = positions[0], .indices = indices};
+    mesh.coordinates[0] = coordinates[0];
+    mesh.material = CLAST_NONE;
+    kind_world world = world_of(*state, &mesh, 0.001f, false);
+    clast_source_view view = view_from(vec3(0, 0, 20), vec3(0, 0, 0), 100.0f);
+    view.metric = CLAST_METRIC_LENGTH;
+    view.segment = 0.012f;
+    outcome one = look(&world, &at_rest, &view);
+    assert_int_equal(one.open, 0);
+    assert_in_range(one.triangles, 3 * 32768, TRIANGLES_MOST);
+    kind_close(&world);
+}
+
 // What a budget does to a frame: the rate falls by steps until all fits.
 static void each_step_of_the_ladder_is_closed(void **state)
 {
@@ -586,6 +605,7 @@ int main(void)
         CONTEXT_TEST(hard_edges_and_seams_are_closed),
         CONTEXT_TEST(triangles_that_share_nothing_but_positions_are_closed),
         CONTEXT_TEST(split_triangles_meet_those_that_are_not_split),
+        CONTEXT_TEST(parts_as_small_as_weights_tell_apart_are_closed),
         CONTEXT_TEST(each_step_of_the_ladder_is_closed),
         CONTEXT_TEST(meshes_that_move_stay_closed),
     };
