@@ -40,7 +40,7 @@ static void look_at(clast_renderer *renderer)
 {
     static float colour[WIDTH * HEIGHT * 3];
     const clast_render_output output = {CLAST_VIEW_COLOUR, colour};
-    clast_render_settings settings = {.width = WIDTH, .height = HEIGHT, .spp = 1, .bounces = 2};
+    clast_render_settings settings = {.width = WIDTH, .height = HEIGHT, .spp = 1, .bounces = 2, .env = "1,1,1"};
     clast_status status = clast_render(renderer, &settings, &output, 1, NULL);
     FUZZ_CHECK(status == CLAST_OK || status == CLAST_ERROR_OUT_OF_MEMORY || status == CLAST_ERROR_INVALID_ARGUMENT);
     if (status != CLAST_OK) {
