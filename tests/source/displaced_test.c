@@ -6,13 +6,16 @@
 #include "source/displaced.h"
 #include "source/kinds.h"
 
+// Material 0 displaces by `height`, material 1 does not.
 static kind_world open_shape(clast_context *context, const clast_mesh *mesh, float height, bool curved)
 {
     kind_world world = {.context = context, .source = clast_sources[CLAST_SOURCE_DISPLACED]};
     assert_ok(context, clast_scene_create(context, &world.scene));
     assert_ok(context, clast_template_set_create(context, &world.templates));
     assert_ok(context, clast_height_store_create(context, &world.heights));
-    uint32_t geometry = CLAST_NONE;
+    uint32_t geometry = CLAST_NONE, still = CLAST_NONE;
+    clast_material_desc plain = clast_material_defaults();
+    assert_ok(context, clast_scene_add_material(world.scene, &plain, "still", &still));
     assert_ok(context, clast_scene_add_mesh(world.scene, mesh, "shape", &geometry));
     if (height != 0.0f) {
         shape_displace(context, world.scene, geometry, 0, height);
@@ -236,6 +239,31 @@ static void a_bulge_between_ends_is_not_missed(void **state)
     uint64_t raised = triangles_at(&world, &kind_poses[0], &view), plain = triangles_at(&world, &flat, &view);
     assert_true(raised > plain);
     kind_close(&world);
+}
+
+// However near one looks, as much as the picture shows is wanted; also where maps do not agree at a seam, so that there is a step.
+static void looking_closer_wants_no_more_of_what_is_not_seen(void **state)
+{
+    shape sphere = shape_sphere(90, 45);
+    uint32_t *materials = calloc(sphere.mesh.triangle_count, sizeof *materials);
+    for (uint32_t i = 0; i < sphere.mesh.triangle_count; i += 3) {
+        materials[i] = 1;
+    }
+    for (uint32_t torn = 0; torn < 2; torn++) {
+        sphere.mesh.triangle_materials = torn != 0 ? materials : NULL;
+        kind_world world = open_shape(*state, &sphere.mesh, 0.3f, false);
+        for (float zoom = 16.0f; zoom < 2000.0f; zoom *= 8.0f) {
+            clast_source_view view = KIND_VIEW(0.15f, 0.1f, 3, 450 * zoom, 1, 0);
+            view.segment = 2.0f;
+            view.extent = (packed2){{0.7f / zoom, 0.44f / zoom}};
+            uint64_t triangles = triangles_at(&world, &kind_poses[0], &view);
+            print_message("%g: %llu triangles\n", (double)zoom, (unsigned long long)triangles);
+            assert_in_range(triangles, 50000, 1500000);
+        }
+        kind_close(&world);
+    }
+    free(materials);
+    shape_free(&sphere);
 }
 
 // ------------------------------------------------------------------------------------------------------------ records
@@ -469,6 +497,7 @@ int main(void)
         CONTEXT_TEST(what_is_not_seen_keeps_its_fraction),
         CONTEXT_TEST(edges_are_hidden_little_by_little),
         CONTEXT_TEST(a_bulge_between_ends_is_not_missed),
+        CONTEXT_TEST(looking_closer_wants_no_more_of_what_is_not_seen),
         CONTEXT_TEST(small_leaves_fill_their_clusters),
         CONTEXT_TEST(curved_triangles_bend_along_their_normals),
         CONTEXT_TEST(poses_move_the_surface_and_its_normals),
