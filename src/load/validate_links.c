@@ -117,36 +117,8 @@ static void check_scenes(clast_validator *v)
     }
 }
 
-static bool lists_root(const clast_validator *v, const clast_gltf_value *nodes, uint32_t root)
+static void check_skinned_node(clast_validator *v, uint32_t index, const clast_gltf_value *node, const forest *f)
 {
-    for (size_t i = 0; i < clast_gltf_size(nodes); i++) {
-        if (clast_validate_element_index(v, nodes, i, CLAST_VALIDATE_NODES) == root) {
-            return true;
-        }
-    }
-    return false;
-}
-
-// A scene with a skinned mesh must have the joints too.
-static void check_scenes_of_skin(clast_validator *v, const clast_gltf_value *node, uint32_t root,
-                                 const clast_gltf_value *joints, const forest *f)
-{
-    for (size_t i = 0; i < clast_validate_size(v, CLAST_VALIDATE_SCENES) && i < SCENES_MOST; i++) {
-        clast_gltf_value scene = clast_validate_entry(v, CLAST_VALIDATE_SCENES, i),
-                         nodes = clast_gltf_member(&scene, "nodes");
-        uint32_t joint = clast_validate_element_index(v, joints, 0, CLAST_VALIDATE_NODES);
-        if (joint != CLAST_NONE && lists_root(v, &nodes, root) && !lists_root(v, &nodes, f->roots[joint])) {
-            clast_validate_fault(v, CLAST_FAULT_NODE_SKIN_NO_SCENE, node, "scene %zu has the mesh, but not its joints",
-                                 i);
-        }
-    }
-}
-
-static void check_skinned_node(clast_validator *v, uint32_t index, const clast_gltf_value *node, uint32_t skin,
-                               const forest *f)
-{
-    clast_gltf_value value = clast_validate_entry(v, CLAST_VALIDATE_SKINS, skin),
-                     joints = clast_gltf_member(&value, "joints");
     if (has_transform(node)) {
         clast_validate_fault(v, CLAST_FAULT_NODE_SKINNED_MESH_LOCAL_TRANSFORMS, node, "of no effect on a skinned mesh");
     }
@@ -157,9 +129,49 @@ static void check_skinned_node(clast_validator *v, uint32_t index, const clast_g
         clast_validate_fault(v, CLAST_FAULT_NODE_SKINNED_MESH_PARENT_TRANSFORMS, node,
                              "transforms above it have no effect on a skinned mesh");
     }
-    if (f->roots[index] != CLAST_NONE) {
-        check_scenes_of_skin(v, node, f->roots[index], &joints, f);
+}
+
+// A scene with a skinned mesh must have the joints too. `is_listed` has an entry for each node, of roots in the scene.
+static void check_scene_of_skins(clast_validator *v, size_t scene_number, const forest *f, const bool *is_listed)
+{
+    for (size_t i = 0; i < clast_validate_size(v, CLAST_VALIDATE_NODES); i++) {
+        clast_gltf_value node = node_at(v, i);
+        uint32_t skin = clast_validate_index(v, &node, "skin", CLAST_VALIDATE_SKINS);
+        uint32_t mesh = clast_validate_index(v, &node, "mesh", CLAST_VALIDATE_MESHES);
+        if (skin == CLAST_NONE || mesh == CLAST_NONE || f->roots[i] == CLAST_NONE || !is_listed[f->roots[i]]) {
+            continue;
+        }
+        clast_gltf_value value = clast_validate_entry(v, CLAST_VALIDATE_SKINS, skin),
+                         joints = clast_gltf_member(&value, "joints");
+        uint32_t joint = clast_validate_element_index(v, &joints, 0, CLAST_VALIDATE_NODES);
+        if (joint != CLAST_NONE && (f->roots[joint] == CLAST_NONE || !is_listed[f->roots[joint]])) {
+            clast_validate_fault(v, CLAST_FAULT_NODE_SKIN_NO_SCENE, &node, "scene %zu has the mesh, but not its joints",
+                                 scene_number);
+        }
     }
+}
+
+static void check_scenes_of_skins(clast_validator *v, const forest *f)
+{
+    size_t count = clast_validate_size(v, CLAST_VALIDATE_NODES), scenes = clast_validate_size(v, CLAST_VALIDATE_SCENES);
+    bool *is_listed = clast_allocate(v->context, count, sizeof *is_listed);
+    if (is_listed == NULL) {
+        v->status = CLAST_ERROR_OUT_OF_MEMORY;
+        return;
+    }
+    for (size_t i = 0; i < scenes && i < SCENES_MOST && clast_validate_size(v, CLAST_VALIDATE_SKINS) > 0; i++) {
+        clast_gltf_value scene = clast_validate_entry(v, CLAST_VALIDATE_SCENES, i),
+                         nodes = clast_gltf_member(&scene, "nodes");
+        memset(is_listed, 0, count * sizeof *is_listed);
+        for (size_t k = 0; k < clast_gltf_size(&nodes); k++) {
+            uint32_t node = clast_validate_element_index(v, &nodes, k, CLAST_VALIDATE_NODES);
+            if (node != CLAST_NONE) {
+                is_listed[node] = true;
+            }
+        }
+        check_scene_of_skins(v, i, f, is_listed);
+    }
+    clast_free(v->context, is_listed);
 }
 
 static void check_instances(clast_validator *v, const clast_gltf_value *node)
@@ -202,7 +214,7 @@ static void check_node(clast_validator *v, uint32_t index, const forest *f, bool
         clast_validate_fault(v, CLAST_FAULT_NODE_SKINNED_MESH_WITHOUT_SKIN, &node,
                              "mesh %u has joints, the node no skin", mesh);
     } else if (skin != CLAST_NONE) {
-        check_skinned_node(v, index, &node, skin, f);
+        check_skinned_node(v, index, &node, f);
     }
 }
 
@@ -325,6 +337,7 @@ void clast_validate_links(clast_validator *v)
         check_scenes(v);
         number_nodes(v, &f);
         check_nodes(v, &f);
+        check_scenes_of_skins(v, &f);
         check_skins(v, &f);
         clast_validate_animations(v);
         tell_unused(v);
