@@ -19,7 +19,7 @@ enum {
     COARSE_STEP = 256,   // the last one while there are points to come
     SWEEPS_MOST = 64,
     LEAST_TRIES = 4,
-    MORE_TRIES = 40, // shared among the points: few are tried at more places
+    MORE_TRIES = 40,  // shared among the points: few are tried at more places
     SQUARE_UNIT = 16, // the square of a side of one segment
 };
 static const uint64_t fault_one = 1u << 12;     // of an equilateral triangle
