@@ -128,9 +128,17 @@ typedef struct clast_material_desc {
     X(metallic_roughness_texture) \
     X(normal_texture) \
     X(occlusion_texture) \
-    X(emissive_texture) X(displacement_texture) X(specular_texture) X(specular_colour_texture) X(clearcoat_texture) \
-        X(clearcoat_roughness_texture) X(clearcoat_normal_texture) X(sheen_colour_texture) X(sheen_roughness_texture) \
-            X(anisotropy_texture) X(transmission_texture)
+    X(emissive_texture) \
+    X(displacement_texture) \
+    X(specular_texture) \
+    X(specular_colour_texture) \
+    X(clearcoat_texture) \
+    X(clearcoat_roughness_texture) \
+    X(clearcoat_normal_texture) \
+    X(sheen_colour_texture) \
+    X(sheen_roughness_texture) \
+    X(anisotropy_texture) \
+    X(transmission_texture)
 
 /** Light grey, rough, not metallic, double sided, without textures or layers, of refractive index 1.5; a displacement texture
  *  has scale 1 and offset 0. */

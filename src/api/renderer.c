@@ -73,6 +73,8 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
         .max_clusters = settings->max_clusters,
         .max_bytes = (uint64_t)settings->max_memory << 20,
         .seed = settings->seed,
+        .aperture = settings->aperture,
+        .focus = settings->focus,
     };
     status = clast_scene_choose_animation(renderer->scene, settings->animation, &frame->settings.animation);
     if (status != CLAST_OK) {

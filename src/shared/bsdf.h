@@ -283,16 +283,20 @@ RECORD_SIZE(clast_bsdf_sample, 16)
 FN clast_bsdf_sample bsdf_direction(clast_bsdf bsdf, vec3 view, vec2 u, float lobe)
 {
     clast_bsdf_sample made;
-    float rest = 1.0f - bsdf.coat_share - bsdf.sheen_share - bsdf.glass_share;
-    float at = lobe;
+    precise float rest = 1.0f - bsdf.coat_share - bsdf.sheen_share - bsdf.glass_share;
+    precise float glass_end = rest + bsdf.glass_share;
+    precise float sheen_end = glass_end + bsdf.sheen_share;
+    precise bool of_base = lobe < rest;
+    precise bool of_glass = lobe < glass_end;
+    precise bool of_sheen = lobe < sheen_end;
     made.diffuse = 0u;
-    if (at < rest) {
-        at = rough_divide(at, rest);
+    if (of_base) {
+        float at = rough_divide(lobe, rest);
         made.direction = store3(brdf_direction(bsdf.base, view, u, at));
         made.diffuse = at < bsdf.base.specular_share ? 0u : 1u;
-    } else if (at < rest + bsdf.glass_share) {
-        made.direction = store3(glass_direction(bsdf, view, u, rough_divide(at - rest, bsdf.glass_share)));
-    } else if (at < rest + bsdf.glass_share + bsdf.sheen_share) {
+    } else if (of_glass) {
+        made.direction = store3(glass_direction(bsdf, view, u, rough_divide(lobe - rest, bsdf.glass_share)));
+    } else if (of_sheen) {
         vec2 circle = circle_point(u[1]);
         float level = rough_sqrt(max1(1.0f - u[0] * u[0], 0.0f));
         made.direction = store3(vec3(level * circle[0], level * circle[1], u[0]));
@@ -304,7 +308,7 @@ FN clast_bsdf_sample bsdf_direction(clast_bsdf bsdf, vec3 view, vec2 u, float lo
         made.direction = store3(from_basis(around, h * (2.0f * dot3(v, h)) - v));
     }
     // Of all lobes, only the glass's goes below.
-    bool passes = lobe >= rest && lobe < rest + bsdf.glass_share;
+    bool passes = !of_base && of_glass;
     bool ends = !passes && load3(made.direction)[2] <= 0.0f;
     made.direction = ends ? store3(splat3(0.0f)) : made.direction;
     return made;

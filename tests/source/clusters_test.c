@@ -70,7 +70,7 @@ static clast_mesh one_triangle(void)
 
 static clast_source_surface evaluate_middle(kind_world *world)
 {
-    clast_surface_point point = {0, {{0.25f, 0.5f}}};
+    clast_surface_point point = {.coordinates = {{0.25f, 0.5f}}};
     return world->source->evaluate(world->unit, &kind_poses[0], point);
 }
 
