@@ -6,8 +6,8 @@
 //
 // A leak is a ray from inside that hits nothing, or a ray that crosses the surface for certain (watertight_crossing.c) at the
 // edge it was aimed at, and hits nothing or only something behind. Rays go one by one and in batches, to the nearest hit and
-// to any. Models are those of the folder CLAST_ASSETS. Displaced meshes are looked at in each frame of a flight; an edge that
-// has not two faces there is a leak too. Ends with a line `leaks: L of N rays` and exits 1 where L > 0. The rays
+// to any. Models are those of the folder CLAST_ASSETS. Displaced meshes are looked at in each frame of a flight; an edge
+// along which not as many triangles run forth as back is a leak too. Ends with a line `leaks: L of N rays` and exits 1 where L > 0. The rays
 // depend on the seed and the meshes alone; each instruction set gets N.
 #include <errno.h>
 #include <stdatomic.h>
@@ -357,11 +357,15 @@ static void trace_all(run *r)
 // Rays at one frame of a flight.
 static bool test_moment(run *r, displaced_moment *moment)
 {
-    if (moment->open != 0 || !surface_find_inside(&moment->s, r->seed)) {
-        printf("%s: %u of %u triangles' edges have not two faces%s\n", moment->s.name, moment->open,
-               moment->s.m.triangle_count, moment->open == 0 ? ", and nothing is inside" : "");
-        atomic_fetch_add(&r->count.leaks, moment->open);
-        return moment->open != 0;
+    atomic_fetch_add(&r->count.leaks, moment->open);
+    if (moment->collapsed != 0) {
+        printf("%s: of %u triangles, %u edges are open; %u have collapsed: no rays\n", moment->s.name,
+               moment->s.m.triangle_count, moment->open, moment->collapsed);
+        return true;
+    }
+    if (!surface_find_inside(&moment->s, r->seed)) {
+        printf("%s: nothing is inside\n", moment->s.name);
+        return false;
     }
     variant v = {.s = moment->s, .kind = CLUSTERS_OWN, .size = 1.0f};
     for (uint32_t map = 0; map < WATERTIGHT_MAPS; map++) {

@@ -125,10 +125,11 @@ void aim(const surface *s, const placing *p, randoms *r, shot *shots, size_t cou
 // A flight around displaced meshes, each frame of which is made as it is for a picture.
 typedef struct displaced_flight displaced_flight;
 typedef struct displaced_moment {
-    surface s;        // the caller's
-    uint32_t open;    // its edges that have not two faces
-    placing map;      // of the one instance
-    clast_tlas *tlas; // until the next moment
+    surface s;          // the caller's
+    uint32_t open;      // its edges along which not as many triangles run forth as back
+    uint32_t collapsed; // and those that have not two faces: there, nothing can be aimed at
+    placing map;        // of the one instance
+    clast_tlas *tlas;   // until the next moment
 } displaced_moment;
 
 // With the models of the folder `assets`, where it is not null. Null, and the error printed, where that fails.

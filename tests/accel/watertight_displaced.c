@@ -253,6 +253,30 @@ static mesh copy_frame(const clast_frame *frame)
     return m;
 }
 
+// Half edges from one vertex to another.
+static uint32_t count_sides(const surface *s, uint32_t from, uint32_t to)
+{
+    uint32_t count = 0;
+    for (uint32_t i = s->first_faces[from]; i < s->first_faces[from + 1]; i++) {
+        const uint32_t *v = s->m.indices + 3 * (size_t)s->faces[i];
+        for (uint32_t k = 0; k < 3; k++) {
+            count += v[k] == from && v[(k + 1) % 3] == to;
+        }
+    }
+    return count;
+}
+
+// Edges along which not as many triangles run forth as back.
+static uint32_t count_open(const surface *s)
+{
+    uint32_t open = 0;
+    for (uint32_t i = 0; i < 3 * s->m.triangle_count; i++) {
+        uint32_t from = s->m.indices[i], to = s->m.indices[i % 3 == 2 ? i - 2 : i + 1];
+        open += from != to && count_sides(s, from, to) != count_sides(s, to, from);
+    }
+    return open;
+}
+
 uint32_t displaced_flight_frames(const displaced_flight *f)
 {
     (void)f;
@@ -292,7 +316,8 @@ clast_status displaced_flight_fly(displaced_flight *f, uint32_t number, displace
     snprintf(name, sizeof name, "%s, frame %u", f->names[scene], number);
     mesh m = copy_frame(f->frame);
     *moment = (displaced_moment){.tlas = f->frame->tlas};
-    moment->open = surface_make(f->context, name, &m, &moment->s);
+    moment->collapsed = surface_make(f->context, name, &m, &moment->s);
+    moment->open = moment->collapsed != 0 ? count_open(&moment->s) : 0;
     float map[3][4];
     memcpy(map, &f->frame->instances[0].to_world, sizeof map);
     moment->map = placing_of(map);
