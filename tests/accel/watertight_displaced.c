@@ -259,7 +259,8 @@ static uint32_t count_sides(const surface *s, uint32_t from, uint32_t to)
     uint32_t count = 0;
     for (uint32_t i = s->first_faces[from]; i < s->first_faces[from + 1]; i++) {
         const uint32_t *v = s->m.indices + 3 * (size_t)s->faces[i];
-        for (uint32_t k = 0; k < 3; k++) {
+        bool is_line = v[0] == v[1] || v[1] == v[2] || v[2] == v[0]; // its sides cancel
+        for (uint32_t k = 0; k < 3 && !is_line; k++) {
             count += v[k] == from && v[(k + 1) % 3] == to;
         }
     }
