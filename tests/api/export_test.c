@@ -173,7 +173,7 @@ static void ply_has_all_instances_in_the_world(void **state)
     assert_int_equal(mesh->vertex_count, 48); // hard edges part vertices
     assert_non_null(mesh->coordinates[0]);
     assert_closed(context, mesh, false);
-    assert_float_equal(volume(mesh), 8.0 + 64.0, 1e-3); // the mirrored one is not inside out
+    assert_true(fabs((double)volume(mesh) - 72.0) <= 1e-3); // the mirrored one is not inside out
     float lower[3], upper[3];
     clast_scene_bounds(read, lower, upper);
     assert_float_equal(lower[0], -1.0f, 1e-5);

@@ -78,8 +78,9 @@ static void slopes_are_those_of_the_height(void **state)
     for (uint32_t i = 0; i < 50; i++) {
         vec2 place = vec2(0.1f + 0.015f * (float)i, 0.8f - 0.01f * (float)i);
         float step = 1e-3f;
-        clast_surface_point here = {4, store2(place)}, right = {4, store2(place + vec2(step, 0.0f))},
-                            up = {4, store2(place + vec2(0.0f, step))};
+        clast_surface_point here = {.primitive = 4, .coordinates = store2(place)}, right = here, up = here;
+        right.coordinates = store2(place + vec2(step, 0.0f));
+        up.coordinates = store2(place + vec2(0.0f, step));
         clast_source_surface surface = world.source->evaluate(world.unit, &kind_poses[1], here);
         vec3 along = world.source->evaluate(world.unit, &kind_poses[1], right).position - surface.position;
         vec3 across = world.source->evaluate(world.unit, &kind_poses[1], up).position - surface.position;
@@ -139,7 +140,11 @@ static void more_waves_than_single_precision_tells_apart_are_refused(void **stat
     clast_geometry geometry = world.scene->geometries[0];
     geometry.of.wave.wavelength = 1e-30f;
     clast_unit *unit = NULL;
-    clast_cook_job job = {context, world.scene, &geometry, world.templates, world.heights};
+    clast_cook_job job = {.context = context,
+                          .scene = world.scene,
+                          .geometry = &geometry,
+                          .templates = world.templates,
+                          .heights = world.heights};
     assert_int_equal(world.source->cook(&job, &unit), CLAST_ERROR_LIMIT);
     assert_null(unit);
     kind_close(&world);
