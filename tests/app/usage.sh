@@ -29,7 +29,7 @@ done
 for text in x '' -1 1.5G 4X 4GG 99999999T; do
     fails 2 "--memory: expected a number of bytes, as 4G or 512M, got \"$text\"" render --memory "$text" a
 done
-fails 2 '--tonemap: expected one of aces, none, got "foo"' render --tonemap foo a
+fails 2 '--tonemap: expected one of aces, none, agx, neutral, got "foo"' render --tonemap foo a
 fails 2 '--isa: expected one of auto, plain' render --isa mmx a
 fails 2 'ends in .png, .exr, .pfm or .hdr' render "$DATA/box.obj" picture.bmp
 fails 2 'ends in .png, .exr, .pfm or .hdr' render "$DATA/box.obj" picture
