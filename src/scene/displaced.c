@@ -70,12 +70,25 @@ typedef struct join {
     uint32_t block_count;
 } join;
 
-// The array of a part of the kind that `offset` names within clast_mesh.
-static const float *array_of(const clast_mesh *mesh, size_t offset)
+typedef enum attribute {
+    ATTRIBUTE_POSITIONS,
+    ATTRIBUTE_NORMALS,
+    ATTRIBUTE_TANGENTS,
+    ATTRIBUTE_COORDINATES,
+    ATTRIBUTE_MORE_COORDINATES,
+    ATTRIBUTE_COLOURS,
+} attribute;
+
+static const float **array_of(clast_mesh *mesh, attribute which)
 {
-    const float *array;
-    memcpy(&array, (const char *)mesh + offset, sizeof array);
-    return array;
+    switch (which) {
+    case ATTRIBUTE_POSITIONS: return &mesh->positions;
+    case ATTRIBUTE_NORMALS: return &mesh->normals;
+    case ATTRIBUTE_TANGENTS: return &mesh->tangents;
+    case ATTRIBUTE_COORDINATES: return &mesh->coordinates[0];
+    case ATTRIBUTE_MORE_COORDINATES: return &mesh->coordinates[1];
+    default: return &mesh->colours;
+    }
 }
 
 static void *add_block(join *j, size_t count, size_t size)
@@ -96,31 +109,32 @@ static void fill(float *to, const float *value, size_t width, size_t count)
 
 // Joins an attribute. Vertices of parts that lack it get `otherwise`; null: normals of their triangles. False where
 // memory ran out.
-static bool join_attribute(join *j, size_t offset, size_t width, const float *otherwise)
+static bool join_attribute(join *j, attribute which, size_t width, const float *otherwise)
 {
     bool any = false;
     for (size_t i = 0; i < j->count; i++) {
-        any = any || array_of(&j->parts[i].of.mesh, offset) != NULL;
+        clast_mesh part = j->parts[i].of.mesh;
+        any = any || *array_of(&part, which) != NULL;
     }
     float *joined = any ? add_block(j, j->mesh.vertex_count, width * sizeof *joined) : NULL;
     if (joined == NULL) {
         return !any;
     }
-    memcpy((char *)&j->mesh + offset, &joined, sizeof joined);
+    *array_of(&j->mesh, which) = joined;
     for (size_t i = 0; i < j->count; i++) {
-        const clast_mesh *part = &j->parts[i].of.mesh;
-        const float *array = array_of(part, offset);
-        float *made = array == NULL && otherwise == NULL ? clast_mesh_normals(j->scene->context, part) : NULL;
+        clast_mesh part = j->parts[i].of.mesh;
+        const float *array = *array_of(&part, which);
+        float *made = array == NULL && otherwise == NULL ? clast_mesh_normals(j->scene->context, &part) : NULL;
         if (array == NULL && otherwise == NULL && made == NULL) {
             return false;
         }
         if (array != NULL || made != NULL) {
-            memcpy(joined, array != NULL ? array : made, part->vertex_count * width * sizeof *joined);
+            memcpy(joined, array != NULL ? array : made, part.vertex_count * width * sizeof *joined);
         } else {
-            fill(joined, otherwise, width, part->vertex_count);
+            fill(joined, otherwise, width, part.vertex_count);
         }
         clast_free(j->scene->context, made);
-        joined += part->vertex_count * width;
+        joined += part.vertex_count * width;
     }
     return true;
 }
@@ -162,12 +176,11 @@ static clast_status join_arrays(join *j)
     }
     j->mesh.vertex_count = (uint32_t)vertices;
     j->mesh.triangle_count = (uint32_t)triangles;
-    bool whole = join_attribute(j, offsetof(clast_mesh, positions), 3, nothing) &&
-                 join_attribute(j, offsetof(clast_mesh, normals), 3, NULL) &&
-                 join_attribute(j, offsetof(clast_mesh, tangents), 4, nothing) &&
-                 join_attribute(j, offsetof(clast_mesh, coordinates[0]), 2, nothing) &&
-                 join_attribute(j, offsetof(clast_mesh, coordinates[1]), 2, nothing) &&
-                 join_attribute(j, offsetof(clast_mesh, colours), 4, white) && join_triangles(j);
+    bool whole = join_attribute(j, ATTRIBUTE_POSITIONS, 3, nothing) && join_attribute(j, ATTRIBUTE_NORMALS, 3, NULL) &&
+                 join_attribute(j, ATTRIBUTE_TANGENTS, 4, nothing) &&
+                 join_attribute(j, ATTRIBUTE_COORDINATES, 2, nothing) &&
+                 join_attribute(j, ATTRIBUTE_MORE_COORDINATES, 2, nothing) &&
+                 join_attribute(j, ATTRIBUTE_COLOURS, 4, white) && join_triangles(j);
     return whole ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
 }
 
