@@ -13,8 +13,9 @@ enum { SURFACES = 16 }; // that are found before the first of them is shaded
 enum { USE_CAMERA, USE_LIGHT, USE_SUN, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USE_LENS, USES };
 
 static const float DIFFUSE_WIDTH = 0.25f; // least alpha of the lobes after a diffuse surface
-static const float INDIRECT_MOST = 10.0f; // of a sample's light that is clamped: what is far whiter than white
 static const float GLOSSY_WIDTH = 0.5f;   // and after a glossy one, in parts of its own
+
+static const float INDIRECT_MOST = 10.0f; // of a sample's light that is clamped: far whiter than white
 
 static uint32_t pixel_seed(const clast_render_target *target, uint32_t x, uint32_t y)
 {
