@@ -137,18 +137,7 @@ static json_t *scene_document(void)
 
 static void write_scene_file(clast_canyon *canyon)
 {
-    clast_file_output *file = clast_outputs_open(canyon->outputs, "scene.json");
-    if (file == NULL) {
-        return;
-    }
-    json_t *root = scene_document();
-    if (root == NULL) {
-        clast_outputs_note(canyon->outputs,
-                           clast_fail(canyon->context, CLAST_ERROR_OUT_OF_MEMORY, "scene.json: out of memory"));
-        return;
-    }
-    clast_gltf_write_text(file, root, 6);
-    clast_outputs_note(canyon->outputs, file->status);
+    clast_write_scene_file(canyon->outputs, scene_document());
 }
 
 clast_status clast_generate_canyon(clast_context *context, double detail, uint32_t seed, const char *folder)

@@ -81,21 +81,11 @@ static void write_models(clast_cloister *cloister)
 
 static void write_scene_file(clast_cloister *cloister)
 {
-    clast_file_output *file = clast_outputs_open(cloister->outputs, "scene.json");
-    if (file == NULL) {
-        return;
-    }
     json_t *root = json_pack("{s:i, s:[{s:s}], s:{s:{s:[f, f, f], s:f}}, s:{s:s, s:f}}", "clast", 1, "models", "path",
                              "cloister.gltf", "environment", "sky", "sun_direction", (double)SUN[0], (double)SUN[1],
                              (double)SUN[2], "turbidity", (double)TURBIDITY, "settings", "camera", cameras[0].name,
                              "exposure", (double)EXPOSURE);
-    if (root == NULL) {
-        clast_outputs_note(cloister->outputs,
-                           clast_fail(cloister->context, CLAST_ERROR_OUT_OF_MEMORY, "scene.json: out of memory"));
-        return;
-    }
-    clast_gltf_write_text(file, root, 6);
-    clast_outputs_note(cloister->outputs, file->status);
+    clast_write_scene_file(cloister->outputs, root);
 }
 
 clast_status clast_generate_cloister(clast_context *context, double detail, uint32_t seed, const char *folder)

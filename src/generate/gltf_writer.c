@@ -304,7 +304,8 @@ static int write_text(const char *text, size_t size, void *file)
     return clast_file_write(file, text, size) == CLAST_OK ? 0 : -1;
 }
 
-void clast_gltf_write_text(clast_file_output *file, json_t *root, int digits)
+// Ends the document. Reals get that many digits.
+static void write_document_text(clast_file_output *file, json_t *root, int digits)
 {
     if (json_dump_callback(root, write_text, file, JSON_INDENT(1) | JSON_REAL_PRECISION(digits)) != 0 &&
         file->status == CLAST_OK) {
@@ -314,6 +315,20 @@ void clast_gltf_write_text(clast_file_output *file, json_t *root, int digits)
     json_decref(root);
 }
 
+void clast_write_scene_file(clast_outputs *outputs, json_t *root)
+{
+    clast_file_output *file = root != NULL ? clast_outputs_open(outputs, "scene.json") : NULL;
+    if (root == NULL) {
+        clast_outputs_note(outputs,
+                           clast_fail(outputs->context, CLAST_ERROR_OUT_OF_MEMORY, "scene.json: out of memory"));
+    } else if (file == NULL) {
+        json_decref(root);
+    } else {
+        write_document_text(file, root, 6);
+        clast_outputs_note(outputs, file->status);
+    }
+}
+
 static void write_document(clast_gltf_writer *writer)
 {
     char name[80];
@@ -321,7 +336,7 @@ static void write_document(clast_gltf_writer *writer)
     clast_file_output *file = clast_outputs_open(writer->outputs, name);
     json_t *root = document(writer);
     if (file != NULL && !writer->failed) {
-        clast_gltf_write_text(file, root, 9); // 9 digits tell any float from its neighbours
+        write_document_text(file, root, 9); // 9 digits tell any float from its neighbours
         clast_outputs_note(writer->outputs, file->status);
     } else {
         json_decref(root);

@@ -84,7 +84,7 @@ void clast_gltf_add_node(clast_gltf_writer *writer, const char *name, uint32_t m
 void clast_gltf_writer_add_camera(clast_gltf_writer *writer, const char *name, vec3 position, vec3 target,
                                   float vertical_angle);
 
-// Writes a document as text, and ends it. Reals get that many digits.
-void clast_gltf_write_text(clast_file_output *file, json_t *root, int digits);
+// Writes the file scene.json of a document, and ends that. Null: memory ran out.
+void clast_write_scene_file(clast_outputs *outputs, json_t *root);
 
 #endif
