@@ -14,7 +14,8 @@ static bool processor_time; // --cpu-time
 
 static void usage(const char *name)
 {
-    fprintf(stderr, "usage: bench_%s [--json] [--quick] [--threads N] [--triangles N] [--only TEXT] [--cpu-time]\n",
+    fprintf(stderr,
+            "usage: bench_%s [--json] [--quick] [--threads N] [--triangles N] [--only TEXT] [--metric TEXT] [--cpu-time]\n",
             name);
     exit(2);
 }
@@ -43,6 +44,8 @@ void bench_begin(bench *b, const char *name, int count, char **arguments)
             b->options.triangles = read_number(name, arguments[++i]);
         } else if (strcmp(arguments[i], "--only") == 0 && i + 1 < count) {
             b->options.only = arguments[++i];
+        } else if (strcmp(arguments[i], "--metric") == 0 && i + 1 < count) {
+            b->options.metric = arguments[++i];
         } else if (strcmp(arguments[i], "--cpu-time") == 0) {
             processor_time = true;
         } else {
@@ -58,6 +61,16 @@ void bench_begin(bench *b, const char *name, int count, char **arguments)
 bool bench_wants(const bench *b, const char *workload)
 {
     return b->options.only == NULL || strstr(workload, b->options.only) != NULL;
+}
+
+bool bench_measures(const bench *b, const char *metric)
+{
+    return b->options.metric == NULL || strstr(metric, b->options.metric) != NULL;
+}
+
+static bool has_peer(const bench_row *row)
+{
+    return row->peer[0] != '\0';
 }
 
 static double ratio_of(const bench_row *row)
@@ -83,8 +96,13 @@ void bench_add(bench *b, bench_row row)
             printf("%-20s %10s %3s  %-18s %12s %12s %6s  unit, peer\n", "workload", "triangles", "thr", "metric",
                    "clast", "peer", "ratio");
         }
-        printf("%-20s %10llu %3u  %-18s %12.5g %12.5g %6.2f  %s, %s\n", row.workload, (unsigned long long)row.triangles,
-               row.threads, row.metric, row.clast, row.peer_value, ratio_of(&row), row.unit, row.peer);
+        printf("%-20s %10llu %3u  %-18s %12.5g ", row.workload, (unsigned long long)row.triangles, row.threads,
+               row.metric, row.clast);
+        if (has_peer(&row)) {
+            printf("%12.5g %6.2f  %s, %s\n", row.peer_value, ratio_of(&row), row.unit, row.peer);
+        } else {
+            printf("%12s %6s  %s\n", "", "", row.unit);
+        }
         fflush(stdout);
     }
 }
@@ -134,11 +152,15 @@ int bench_end(bench *b)
             const bench_row *row = &b->rows[i];
             printf("%s\n  {\"workload\": ", i != 0 ? "," : "");
             print_text(row->workload);
-            printf(
-                ", \"triangles\": %llu, \"threads\": %u, \"metric\": \"%s\", \"unit\": \"%s\", \"clast\": %.6g, \"peer\": \"%s\", "
-                "\"peer_value\": %.6g, \"ratio\": %.4g}",
-                (unsigned long long)row->triangles, row->threads, row->metric, row->unit, row->clast, row->peer,
-                row->peer_value, ratio_of(row));
+            printf(", \"triangles\": %llu, \"threads\": %u, \"metric\": \"%s\", \"unit\": \"%s\", \"clast\": %.6g",
+                   (unsigned long long)row->triangles, row->threads, row->metric, row->unit, row->clast);
+            if (has_peer(row)) {
+                printf(", \"peer\": \"%s\", \"peer_value\": %.6g, \"ratio\": %.4g", row->peer, row->peer_value,
+                       ratio_of(row));
+            } else {
+                printf(", \"peer\": null, \"peer_value\": null, \"ratio\": null");
+            }
+            printf("}");
         }
         printf("\n]}\n");
     }

@@ -13,14 +13,16 @@
 enum { BENCH_REPETITIONS_MOST = 31, BENCH_NAME_SIZE = 64 };
 
 // --json, --quick, --threads N (0: each of 1 and 2), --triangles N (0: the benchmark's own sizes), --only TEXT (workloads
-// whose names have it). --cpu-time, for machines that do other things too: the processor's time, on one thread.
+// whose names have it), --metric TEXT (metrics whose names have it, where the benchmark can leave others out). --cpu-time, for
+// machines that do other things too: the processor's time, on one thread.
 typedef struct bench_options {
     bool json;
     bool quick;
     uint32_t threads;
     uint32_t triangles;
     uint32_t repetitions;
-    const char *only; // null: all
+    const char *only;   // null: all
+    const char *metric; // likewise
 } bench_options;
 
 // A line of results. `ratio` is made from the values: more than 1 means that clast is better.
@@ -32,7 +34,7 @@ typedef struct bench_row {
     const char *unit;
     bool less_is_better;
     double clast;
-    char peer[BENCH_NAME_SIZE];
+    char peer[BENCH_NAME_SIZE]; // empty: there is none
     double peer_value;
 } bench_row;
 
@@ -52,6 +54,8 @@ int bench_end(bench *b);
 
 // Whether a workload is to be measured.
 bool bench_wants(const bench *b, const char *workload);
+// Whether a metric is.
+bool bench_measures(const bench *b, const char *metric);
 
 double bench_seconds(void);
 
