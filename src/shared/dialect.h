@@ -4,6 +4,7 @@
 //
 //   vec2 vec3 vec4              registers: a + b * s, v[0], vec3(x, y, z), splat3(s); never inside a record
 //   packed2 packed3 packed4     memory: tightly packed floats, inside records only; load3() and store3() convert
+//   packed_address              an address in a device's memory, inside records only: the lower half first
 //   FN                          before every function: computed as written, never fused
 //   RECORD, RECORD_SIZE         a struct with scalar layout, its size asserted
 //   LIMIT, ENUM                 constants
@@ -23,12 +24,14 @@
 #define packed2 vec2
 #define packed3 vec3
 #define packed4 vec4
+#define packed_address uvec2
 #define load2(p) (p)
 #define load3(p) (p)
 #define load4(p) (p)
 #define store2(v) (v)
 #define store3(v) (v)
 #define store4(v) (v)
+// load_address() is shaders/gpu.glsl's: it needs 64-bit integers.
 
 // Roots, quotients and transcendental functions differ between machines. Formulas that decide an integer or a shared
 // point may use them for a guess only, by these names; formulas of shading may use them freely.
@@ -66,6 +69,7 @@ typedef unsigned int uint;
 typedef struct packed2 { float v[2]; } packed2;
 typedef struct packed3 { float v[3]; } packed3;
 typedef struct packed4 { float v[4]; } packed4;
+typedef struct packed_address { uint v[2]; } packed_address;
 
 typedef float vec2 __attribute__((vector_size(8)));
 typedef float vec3 __attribute__((vector_size(16))); // the fourth lane is never looked at
@@ -81,6 +85,8 @@ FN vec4 load4(packed4 p) { return vec4(p.v[0], p.v[1], p.v[2], p.v[3]); }
 FN packed2 store2(vec2 v) { return (packed2){{v[0], v[1]}}; }
 FN packed3 store3(vec3 v) { return (packed3){{v[0], v[1], v[2]}}; }
 FN packed4 store4(vec4 v) { return (packed4){{v[0], v[1], v[2], v[3]}}; }
+FN uint64_t load_address(packed_address p) { return (uint64_t)p.v[1] << 32 | p.v[0]; }
+FN packed_address store_address(uint64_t a) { return (packed_address){{(uint)a, (uint)(a >> 32)}}; }
 
 FN uint floatBitsToUint(float x) { uint bits; memcpy(&bits, &x, sizeof bits); return bits; }
 FN float uintBitsToFloat(uint bits) { float x; memcpy(&x, &bits, sizeof x); return x; }

@@ -8,6 +8,7 @@
 #include "base/size.h"
 #include "base/thread.h"
 #include "clast/geometry.h"
+#include "shared/cooked.h"
 #include "source/mesh.h"
 
 enum {
@@ -16,19 +17,10 @@ enum {
     PROGRESS_TRIANGLES = 1000000, // meshes of fewer are cooked in less time than it takes to look
 };
 
-// What is kept of clast_clusters: 20 bytes a cluster, 4 a triangle, and 12 or 4 a vertex.
-typedef struct cooked_cluster {
-    uint32_t first_triangle; // into triangles
-    uint32_t triangle_count;
-    uint32_t first_vertex; // into positions or numbers
-    uint32_t vertex_count;
-    uint32_t template_index;
-} cooked_cluster;
-
 typedef struct clusters_unit {
     clast_unit base;
     const clast_template_set *templates;
-    cooked_cluster *clusters;
+    clast_cooked_cluster *clusters;
     uint32_t *triangles; // the mesh's triangle, for each of the clusters' triangles
     packed3 *positions;  // of the clusters' vertices; null where the mesh moves
     uint32_t *numbers;   // where it does: the mesh's vertices that they are
@@ -137,8 +129,8 @@ static void gather_range(void *data, size_t begin, size_t end, uint32_t worker)
         }
         memcpy(unit->triangles + from.first_triangle, job->clusters->triangles + from.first_triangle,
                from.triangle_count * sizeof *unit->triangles);
-        unit->clusters[i] = (cooked_cluster){from.first_triangle, from.triangle_count, from.first_vertex,
-                                             from.vertex_count, (uint32_t)i};
+        unit->clusters[i] = (clast_cooked_cluster){from.first_triangle, from.triangle_count, from.first_vertex,
+                                                   from.vertex_count, (uint32_t)i};
         job->descs[i] = (clast_template_desc){
             .triangle_count = from.triangle_count,
             .vertex_count = from.vertex_count,
@@ -284,7 +276,7 @@ static bool same_position(packed3 a, packed3 b)
 
 // The mesh's present positions of a cluster's vertices, by way of its triangles' corners. False where vertices that
 // were welded are no longer in one place.
-static bool gather_cluster(const clusters_unit *unit, const clast_mesh *mesh, const cooked_cluster *cluster,
+static bool gather_cluster(const clusters_unit *unit, const clast_mesh *mesh, const clast_cooked_cluster *cluster,
                            packed3 *positions)
 {
     bool known[TEMPLATE_VERTICES] = {false};
@@ -322,7 +314,7 @@ static void write_range(void *data, size_t begin, size_t end, uint32_t worker)
     (void)worker;
     update_job *job = data;
     for (size_t i = begin; i < end; i++) {
-        const cooked_cluster *cluster = &job->unit->clusters[i];
+        const clast_cooked_cluster *cluster = &job->unit->clusters[i];
         gather_cluster(job->unit, job->mesh, cluster, job->unit->positions + cluster->first_vertex);
     }
 }
@@ -376,15 +368,21 @@ static clast_change changed(const clast_unit *unit, const clast_pose *before, co
 static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST])
 {
     const clusters_unit *unit = clusters_of(base);
-    arrays[0] = (clast_source_array){"clusters", unit->clusters, base->item_count * sizeof *unit->clusters, 0};
-    arrays[1] = (clast_source_array){"triangles", unit->triangles, unit->triangle_count * sizeof *unit->triangles, 0};
-    if (unit->numbers != NULL) {
-        arrays[2] = (clast_source_array){"numbers", unit->numbers, unit->position_count * sizeof *unit->numbers, 0};
-    } else {
-        arrays[2] = (clast_source_array){"positions", unit->positions, unit->position_count * sizeof *unit->positions,
-                                         base->version};
+    for (uint32_t i = clast_mesh_arrays(base, arrays); i < CLUSTERS_ARRAYS; i++) {
+        arrays[i] = (clast_source_array){0};
     }
-    return 3;
+    arrays[CLUSTERS_ARRAY_CLUSTERS] = (clast_source_array){"clusters", unit->clusters,
+                                                           base->item_count * sizeof *unit->clusters, 0, 0};
+    arrays[CLUSTERS_ARRAY_TRIANGLES] = (clast_source_array){"triangles", unit->triangles,
+                                                            unit->triangle_count * sizeof *unit->triangles, 0, 0};
+    if (unit->numbers != NULL) {
+        arrays[CLUSTERS_ARRAY_NUMBERS] = (clast_source_array){"numbers", unit->numbers,
+                                                              unit->position_count * sizeof *unit->numbers, 0, 0};
+    } else {
+        arrays[CLUSTERS_ARRAY_POSITIONS] = (clast_source_array){
+            "positions", unit->positions, unit->position_count * sizeof *unit->positions, base->version, 0};
+    }
+    return CLUSTERS_ARRAYS;
 }
 
 static clast_source_count count(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
@@ -392,12 +390,7 @@ static clast_source_count count(const clast_unit *unit, const clast_pose *pose, 
 {
     (void)pose;
     (void)view;
-    const cooked_cluster *cluster = &clusters_of(unit)->clusters[item];
-    return (clast_source_count){
-        .clusters = 1,
-        .triangles = cluster->triangle_count,
-        .vertices = clusters_of(unit)->numbers != NULL ? cluster->vertex_count : 0,
-    };
+    return cooked_count(clusters_of(unit)->clusters[item], clusters_of(unit)->numbers != NULL);
 }
 
 static void emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
@@ -406,15 +399,7 @@ static void emit(const clast_unit *unit, const clast_pose *pose, const clast_sou
     (void)words;
     (void)pose;
     (void)view;
-    const cooked_cluster *cluster = &clusters_of(unit)->clusters[item];
-    records[0] = (clast_cluster_record){
-        .unit = unit->number,
-        .template_index = cluster->template_index,
-        .first_vertex = first_vertex,
-        .item = item,
-        .form_and_counts = form_and_counts(FORM_WHOLE, cluster->triangle_count, cluster->vertex_count),
-        .first_word = first_word,
-    };
+    records[0] = cooked_record(clusters_of(unit)->clusters[item], unit->number, item, first_vertex, first_word);
 }
 
 static const packed3 *resident(const clast_unit *unit, const clast_cluster_record *record)
@@ -428,7 +413,7 @@ static void fill(const clast_unit *unit, const clast_pose *pose, const clast_clu
 {
     (void)words;
     const clusters_unit *clusters = clusters_of(unit);
-    const cooked_cluster *cluster = &clusters->clusters[record->item];
+    const clast_cooked_cluster *cluster = &clusters->clusters[record->item];
     if (clusters->numbers == NULL) {
         memcpy(positions, clusters->positions + cluster->first_vertex, cluster->vertex_count * sizeof *positions);
         return;

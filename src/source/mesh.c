@@ -20,6 +20,31 @@ clast_mesh clast_mesh_posed(const clast_mesh *mesh, const clast_pose *pose)
     return posed;
 }
 
+uint32_t clast_mesh_arrays(const clast_unit *unit, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST])
+{
+    const clast_mesh *mesh = &unit->geometry->of.mesh;
+    uint64_t corners = 3 * (uint64_t)mesh->triangle_count, vertices = mesh->vertex_count;
+    uint32_t version = unit->geometry_version;
+    const clast_source_array all[MESH_ARRAYS] = {
+        [MESH_ARRAY_INDICES] = {"indices", mesh->indices, corners * sizeof *mesh->indices, version, 0},
+        [MESH_ARRAY_MATERIAL] = {"material", &mesh->material, sizeof mesh->material, version, 0},
+        [MESH_ARRAY_MATERIALS] = {"materials", mesh->triangle_materials,
+                                  mesh->triangle_count * sizeof *mesh->triangle_materials, version, 0},
+        [MESH_ARRAY_POSITIONS] = {"mesh positions", mesh->positions, vertices * 3 * sizeof(float), version, 0},
+        [MESH_ARRAY_NORMALS] = {"mesh normals", mesh->normals, vertices * 3 * sizeof(float), version, 0},
+        [MESH_ARRAY_TANGENTS] = {"mesh tangents", mesh->tangents, vertices * 4 * sizeof(float), version, 0},
+        [MESH_ARRAY_COORDINATES_0] = {"mesh coordinates 0", mesh->coordinates[0], vertices * 2 * sizeof(float), version,
+                                      0},
+        [MESH_ARRAY_COORDINATES_1] = {"mesh coordinates 1", mesh->coordinates[1], vertices * 2 * sizeof(float), version,
+                                      0},
+        [MESH_ARRAY_COLOURS] = {"mesh colours", mesh->colours, vertices * 4 * sizeof(float), version, 0},
+    };
+    for (uint32_t i = 0; i < MESH_ARRAYS; i++) {
+        arrays[i] = all[i].data != NULL ? all[i] : (clast_source_array){0};
+    }
+    return MESH_ARRAYS;
+}
+
 // ------------------------------------------------------------------------------------------------------------- weld
 
 static bool same_vectors(const float *vectors, size_t width, uint32_t a, uint32_t b)

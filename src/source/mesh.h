@@ -21,6 +21,9 @@ static inline uint32_t clast_mesh_material(const clast_mesh *mesh, size_t triang
 // The mesh with what a pose moves in the place of its own arrays.
 clast_mesh clast_mesh_posed(const clast_mesh *mesh, const clast_pose *pose);
 
+// Describes the mesh of a unit in the places that shared/device.h gives its arrays (MESH_ARRAY_); returns MESH_ARRAYS.
+uint32_t clast_mesh_arrays(const clast_unit *unit, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST]);
+
 // As clast_weld_positions, for a geometry's mesh; vertices of one position that its morph targets or joints move apart stay
 // apart.
 clast_status clast_mesh_weld_positions(clast_context *context, const clast_geometry *geometry, uint32_t *remap,

@@ -16,6 +16,7 @@
 #include "clast/accel.h"
 #include "geometry/pattern.h"
 #include "scene/scene.h"
+#include "shared/device.h"
 #include "shared/records.h"
 #include "source/height.h"
 
@@ -41,11 +42,12 @@ typedef enum clast_change {
 typedef struct clast_source_array {
     const char *name;
     const void *data;
-    uint64_t bytes;
+    uint64_t bytes;   // 0: nothing is in this place
     uint32_t version; // grows when the contents change
+    uint64_t common;  // not 0: the number of contents that several units list, which never change
 } clast_source_array;
 
-enum { CLAST_SOURCE_ARRAYS_MOST = 16 };
+enum { CLAST_SOURCE_ARRAYS_MOST = SOURCE_ARRAYS };
 
 // What a hit is made of, in the unit's own space.
 typedef struct clast_source_surface {
@@ -123,8 +125,15 @@ typedef struct clast_source {
     // How far the surface may be, at any rate, from that at CLAST_RATE_LEAST; infinite where that is not known. Null for
     // sources that do not adapt.
     float (*deviation)(const clast_unit *unit, const clast_pose *pose);
-    // Describes the cooked arrays; returns how many.
+    // Describes the cooked arrays, and of the geometry what `evaluate` needs; returns how many. What stands in which place is
+    // known to the kind's twin (shaders/source); units of meshes begin with clast_mesh_arrays().
     uint32_t (*arrays)(const clast_unit *unit, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST]);
+    // The displacement maps, by the numbers that the arrays have for them: null for one that moves nothing. Both are null for
+    // kinds without maps.
+    uint32_t (*height_count)(const clast_unit *unit);
+    const clast_height *(*height)(const clast_unit *unit, uint32_t number);
+    // What the twin must know of a pose beside its arrays and displacement_scale; null for nothing.
+    packed4 (*moment)(const clast_unit *unit, const clast_pose *pose);
 
     // What an item emits at view->rate; `vertices` are those that fill writes, not resident ones. The rate
     // CLAST_RATE_LEAST gives the least that is still whole (every factor 1), whatever the rest of the view and the

@@ -124,6 +124,12 @@ static clast_wave_moment moment_of(const wave_unit *unit, const clast_pose *pose
     return (clast_wave_moment){(float)turns_within_one(turns), (float)turns_within_one(turns * 1.25)};
 }
 
+static packed4 moment(const clast_unit *unit, const clast_pose *pose)
+{
+    clast_wave_moment moment = moment_of(wave_of(unit), pose);
+    return (packed4){{moment.first_turns, moment.second_turns, 0.0f, 0.0f}};
+}
+
 static clast_box bounds(const clast_unit *base, const clast_pose *pose)
 {
     (void)pose;
@@ -156,8 +162,8 @@ static float deviation(const clast_unit *unit, const clast_pose *pose)
 static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST])
 {
     const wave_unit *unit = wave_of(base);
-    arrays[0] = (clast_source_array){"sheet", &unit->sheet, sizeof unit->sheet, base->version};
-    arrays[1] = (clast_source_array){"templates", unit->templates, sizeof unit->templates, base->version};
+    arrays[0] = (clast_source_array){"sheet", &unit->sheet, sizeof unit->sheet, base->version, 0};
+    arrays[1] = (clast_source_array){"templates", unit->templates, sizeof unit->templates, base->version, 0};
     return 2;
 }
 
@@ -286,6 +292,7 @@ const clast_source CLAST_SOURCE_WAVE_TABLE = {
     .changed = changed,
     .deviation = deviation,
     .arrays = arrays,
+    .moment = moment,
     .count = count,
     .emit = emit,
     .fill = fill,

@@ -364,10 +364,15 @@ static void check_unit(kind_world *world)
     clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST];
     uint32_t count = world->source->arrays(world->unit, arrays);
     assert_true(count > 0 && count <= CLAST_SOURCE_ARRAYS_MOST);
+    uint32_t held = 0;
     for (uint32_t i = 0; i < count; i++) {
-        assert_non_null(arrays[i].data);
-        assert_true(arrays[i].bytes > 0 && strlen(arrays[i].name) > 0);
+        if (arrays[i].bytes != 0) {
+            assert_non_null(arrays[i].data);
+            assert_true(strlen(arrays[i].name) > 0);
+            held++;
+        }
     }
+    assert_true(held > 0);
 }
 
 static void units_say_what_they_hold(void **state)
