@@ -45,12 +45,10 @@ static clast_status report(const clast_frame *frame, const clast_render_target *
     return clast_progress(frame->context, "render", done, 2 * bands * target->settings.spp);
 }
 
-enum { BACKS_MOST = 64 }; // that an eye looks through; what lies behind as many is seen all the same
-
 static bool is_hidden_back(const clast_frame *frame, const clast_ray *ray, const clast_hit *hit)
 {
     const float *n = hit->normal, *d = ray->direction;
-    if (hit->instance == CLAST_NONE || n[0] * d[0] + n[1] * d[1] + n[2] * d[2] <= 0.0f) {
+    if (hit->instance == CLAST_NONE || !sees_back(vec3(n[0], n[1], n[2]), vec3(d[0], d[1], d[2]))) {
         return false;
     }
     return clast_surface_of_hit(frame, hit).material->double_sided == 0;
@@ -60,7 +58,7 @@ static bool is_hidden_back(const clast_frame *frame, const clast_ray *ray, const
 // as solid as any, so that a wall casts its shadow from both sides.
 static void look_through_backs(const clast_frame *frame, const clast_hit_filter *filter, clast_ray ray, clast_hit *hit)
 {
-    for (int backs = 0; backs < BACKS_MOST && is_hidden_back(frame, &ray, hit); backs++) {
+    for (uint32_t backs = 0; backs < BACKS_MOST && is_hidden_back(frame, &ray, hit); backs++) {
         uint32_t steps = hit->steps;
         ray.t_min = nextafterf(hit->t, INFINITY);
         clast_trace_closest(frame->tlas, &ray, 1, filter, hit);

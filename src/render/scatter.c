@@ -4,21 +4,9 @@
 #include "base/thread.h"
 
 enum {
-    SIDE = 16,     // rows by roughness, columns by the square root of the cosine: as brdf.h's tables
+    SIDE = SCATTER_SIDE,
+    CELLS = SCATTER_CELLS,
     PER_AXIS = 32, // samples of a cell, along each axis of the unit square
-    CELLS = SIDE * SIDE
-};
-
-typedef struct glass_table {
-    float ior;
-    float albedos[2][CELLS]; // seen from outside, from inside
-} glass_table;
-
-struct clast_scatter_tables {
-    float sheen[CELLS];
-    glass_table *glass;
-    size_t glass_count, glass_capacity;
-    uint32_t *glass_of; // by material; CLAST_NONE where it is no border of a volume
 };
 
 // ---------------------------------------------------------------------------------------------------------- integration
@@ -75,7 +63,7 @@ static void fill_glass(void *data, size_t begin, size_t end, uint32_t worker)
     (void)worker;
     clast_scatter_tables *tables = data;
     for (size_t i = begin; i < end; i++) { // a row of a table's side
-        glass_table *table = &tables->glass[i / (2 * SIDE)];
+        clast_glass_table *table = &tables->glass[i / (2 * SIDE)];
         uint32_t inside = (uint32_t)(i / SIDE % 2), row = (uint32_t)(i % SIDE);
         float eta = inside != 0 ? 1.0f / table->ior : table->ior;
         for (uint32_t column = 0; column < SIDE; column++) {
@@ -151,12 +139,9 @@ void clast_scatter_destroy(clast_context *context, clast_scatter_tables *tables)
 
 static float look_up(const float table[CELLS], float roughness, float cosine)
 {
-    float row = clamp1(roughness, 0.0f, 1.0f) * (SIDE - 1);
-    float column = rough_sqrt(clamp1(cosine, 0.0f, 1.0f)) * (SIDE - 1);
-    uint32_t r = min_uint(to_uint(row), SIDE - 2), c = min_uint(to_uint(column), SIDE - 2);
-    float s = column - (float)c, t = row - (float)r;
-    const float *low = table + r * SIDE + c, *high = low + SIDE;
-    return mix1(mix1(low[0], low[1], s), mix1(high[0], high[1], s), t);
+    clast_scatter_place at = scatter_place(roughness, cosine);
+    const float *low = table + at.first, *high = low + SIDE;
+    return scatter_blend(at, low[0], low[1], high[0], high[1]);
 }
 
 clast_bsdf clast_scatter_make(const clast_scatter_tables *tables, uint32_t material, const clast_bsdf_input *from,
@@ -164,11 +149,10 @@ clast_bsdf clast_scatter_make(const clast_scatter_tables *tables, uint32_t mater
 {
     float glass = 1.0f, sheen = 0.0f;
     if (from->transmission > 0.0f) {
-        float alpha = max1(from->base.roughness * from->base.roughness, alpha_floor);
-        float roughness = rough_sqrt(alpha);
+        float roughness = scatter_roughness(*from, alpha_floor);
         uint32_t number = tables->glass_of[material];
         glass = from->thin != 0 || number == CLAST_NONE
-                    ? 1.0f - ggx_albedo(roughness, view[2])[0]
+                    ? thin_glass_albedo(roughness, view[2])
                     : look_up(tables->glass[number].albedos[from->inside], roughness, view[2]);
     }
     if (largest3(load3(from->sheen)) > 0.0f) {

@@ -4,9 +4,19 @@
 #define CLAST_RENDER_SCATTER_H
 
 #include "scene/scene.h"
-#include "shared/bsdf.h"
+#include "shared/scatter.h"
 
-typedef struct clast_scatter_tables clast_scatter_tables;
+typedef struct clast_glass_table {
+    float ior;
+    float albedos[2][SCATTER_CELLS]; // seen from outside, from inside
+} clast_glass_table;
+
+typedef struct clast_scatter_tables {
+    float sheen[SCATTER_CELLS]; // zero where no material is fuzzy
+    clast_glass_table *glass;
+    size_t glass_count, glass_capacity;
+    uint32_t *glass_of; // by material; CLAST_NONE where it is no border of a volume
+} clast_scatter_tables;
 
 // For the materials that a scene has now.
 clast_status clast_scatter_create(const clast_scene *scene, clast_scatter_tables **tables);

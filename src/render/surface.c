@@ -2,23 +2,9 @@
 // Surfaces: sources give attributes, materials and their textures give the rest.
 #include "render/surface.h"
 
-#include "shared/brdf.h"
-
-static vec3 absolute3(vec3 v)
-{
-    return vec3(abs1(v[0]), abs1(v[1]), abs1(v[2]));
-}
-
-// Scaled first: the squares of very small and very large vectors are not numbers.
-static vec3 direction_of(vec3 v, vec3 otherwise)
-{
-    float largest = largest3(absolute3(v));
-    return largest > 0.0f && is_finite1(largest) ? normalize3(v * (1.0f / largest)) : otherwise;
-}
-
 clast_visibility clast_visibility_of_hit(const clast_hit *hit)
 {
-    vec3 normal = direction_of(vec3(hit->normal[0], hit->normal[1], hit->normal[2]), vec3(0.0f, 1.0f, 0.0f));
+    vec3 normal = visible_normal(vec3(hit->normal[0], hit->normal[1], hit->normal[2]));
     bool found = hit->instance != CLAST_NONE;
     return (clast_visibility){
         .instance = hit->instance,
@@ -29,39 +15,6 @@ clast_visibility clast_visibility_of_hit(const clast_hit *hit)
         .normal = found ? store3(normal) : (packed3){{0.0f, 0.0f, 0.0f}},
         .steps = hit->steps,
     };
-}
-
-// ------------------------------------------------------------------------------------------------- where rays begin
-
-// |M| v
-static vec3 transform_absolute(const clast_transform *t, vec3 v)
-{
-    vec3 result = splat3(0.0f);
-    for (int i = 0; i < 3; i++) {
-        const float *row = t->rows[i].v;
-        result[i] = abs1(row[0]) * v[0] + abs1(row[1]) * v[1] + abs1(row[2]) * v[2];
-    }
-    return result;
-}
-
-static vec3 translation(const clast_transform *t)
-{
-    return vec3(t->rows[0].v[3], t->rows[1].v[3], t->rows[2].v[3]);
-}
-
-// Running error analysis as in Pharr, Jakob and Humphreys, Physically Based Rendering, 3rd ed., 3.9: a sum of n products is off
-// by at most n + 1 roundings of the sum of their sizes. Into the object's space and back, since the next ray is brought there
-// with an error of its own. The ray test mixes the axes of differences of corners, so a triangle's size counts on all of them;
-// this also keeps the bound above zero where all else is exact.
-vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, float size, vec3 position)
-{
-    const float rounding = 5.9604645e-8f; // half a unit of the last place of 1
-    const clast_transform *m = &instance->to_world, *inverse = &instance->to_object;
-    vec3 there = absolute3(position);
-    vec3 object = largest * (8.0f * rounding) + splat3(16.0f * rounding * size);
-    object = object + (transform_absolute(inverse, there) + absolute3(translation(inverse))) * (4.0f * rounding);
-    vec3 world = (transform_absolute(m, largest) + absolute3(translation(m))) * (4.0f * rounding);
-    return transform_absolute(m, object) + world + there * (2.0f * rounding);
 }
 
 // ---------------------------------------------------------------------------------------------------------- surface
@@ -75,51 +28,26 @@ static void triangle_corners(const clast_frame_unit *unit, const clast_visibilit
     }
 }
 
-// The position comes from the triangle that was traced, not from the source's smooth surface: rays that leave a curved
-// surface would begin behind the triangles that stand for it.
 static void place_point(const clast_frame_unit *unit, const clast_frame_instance *instance,
                         const clast_visibility *seen, clast_shading_point *point)
 {
-    vec3 corner[3];
-    triangle_corners(unit, seen, corner);
-    vec2 weights = load2(seen->barycentrics);
-    vec3 first = corner[1] - corner[0], second = corner[2] - corner[0];
-    vec3 object = corner[0] + first * weights[0] + second * weights[1];
-    vec3 largest = max3(max3(absolute3(corner[0]), absolute3(corner[1])), absolute3(corner[2]));
-    point->position = transform_point(instance->to_world, object);
-    vec3 error = clast_position_error(instance, largest, largest3(max3(absolute3(first), absolute3(second))),
-                                      point->position);
-    point->offset = 2.0f * dot3(absolute3(point->geometric_normal), error);
-}
-
-// The axes that a normal map's values mean, in the world; the first two are zero where nothing tells them.
-static clast_basis map_axes(const clast_source_surface *surface, const clast_frame_instance *instance, vec3 normal)
-{
-    vec3 tangent = transform_vector(instance->to_world, surface->tangent);
-    tangent = direction_of(tangent, splat3(0.0f));
-    tangent = direction_of(tangent - normal * dot3(normal, tangent), splat3(0.0f));
-    // A mirrored instance turns the cross product around.
-    float sign = transform_determinant(instance->to_world) < 0.0f ? -surface->bitangent_sign : surface->bitangent_sign;
-    return (clast_basis){store3(tangent), store3(cross3(normal, tangent) * sign), store3(normal)};
-}
-
-static bool has_axes(const clast_basis *axes)
-{
-    return dot3(load3(axes->x), load3(axes->x)) > 0.0f;
+    vec3 corners[3];
+    triangle_corners(unit, seen, corners);
+    clast_surface_place place = surface_place(instance->to_world, instance->to_object, corners[0], corners[1],
+                                              corners[2], load2(seen->barycentrics), point->geometric_normal);
+    point->position = load3(place.position);
+    point->offset = place.offset;
 }
 
 static vec3 map_normal(const clast_scene *scene, const clast_texture_use *use, float scale,
                        const clast_source_surface *surface, const clast_srgb_table *table, const clast_basis *axes)
 {
-    vec3 normal = load3(axes->z);
-    if (use->texture == CLAST_NONE || !has_axes(axes)) {
-        return normal;
+    if (use->texture == CLAST_NONE || !has_axes(*axes)) {
+        return load3(axes->z);
     }
     vec4 texel = clast_texture_value(scene, *use, surface->coordinates, CLAST_ENCODING_LINEAR, table,
                                      vec4(0.5f, 0.5f, 1.0f, 1.0f));
-    float x = (2.0f * texel[0] - 1.0f) * scale;
-    float y = (2.0f * texel[1] - 1.0f) * scale;
-    return direction_of(load3(axes->x) * x + load3(axes->y) * y + normal * (2.0f * texel[2] - 1.0f), normal);
+    return mapped_normal(*axes, scale, texel);
 }
 
 // Highlights stretch along the tangent, turned by the material and its texture (KHR_materials_anisotropy).
@@ -127,21 +55,16 @@ static void turn_highlights(const clast_scene *scene, const clast_material *mate
                             const clast_source_surface *surface, const clast_srgb_table *table, const clast_basis *axes,
                             clast_shading_point *point)
 {
-    float strength = material->anisotropy;
-    vec2 along = load2(material->anisotropy_direction);
+    clast_stretch stretch = {material->anisotropy_direction, material->anisotropy};
     if (material->anisotropy_texture.texture != CLAST_NONE) {
         vec4 texel = clast_texture_value(scene, material->anisotropy_texture, surface->coordinates,
                                          CLAST_ENCODING_LINEAR, table, vec4(1.0f, 0.5f, 1.0f, 1.0f));
-        vec2 d = vec2(2.0f * texel[0] - 1.0f, 2.0f * texel[1] - 1.0f);
-        along = vec2(along[0] * d[0] - along[1] * d[1], along[1] * d[0] + along[0] * d[1]);
-        strength = clamp1(strength * texel[2], 0.0f, 1.0f);
+        stretch = stretch_by_texel(load2(stretch.along), stretch.strength, texel);
     }
-    vec3 direction = load3(axes->x) * along[0] + load3(axes->y) * along[1];
-    direction = direction_of(direction - point->normal * dot3(point->normal, direction), splat3(0.0f));
+    vec3 direction = stretch_direction(*axes, load2(stretch.along), point->normal);
     if (dot3(direction, direction) > 0.0f) {
-        point->surface.base.anisotropy = strength;
-        point->frame = (clast_basis){store3(direction), store3(cross3(point->normal, direction)),
-                                     store3(point->normal)};
+        point->surface.base.anisotropy = stretch.strength;
+        point->frame = stretch_basis(direction, point->normal);
     }
 }
 
@@ -149,14 +72,13 @@ static void shade_normals(const clast_scene *scene, const clast_material *materi
                           const clast_frame_instance *instance, const clast_srgb_table *table, vec3 view,
                           clast_shading_point *point)
 {
-    vec3 normal = direction_of(transform_transposed(instance->to_object, surface->normal), point->geometric_normal);
-    clast_basis axes = map_axes(surface, instance, normal);
-    // Seen from behind, all normals turn around (glTF 2.0, double sided).
-    float side = dot3(normal, point->geometric_normal) < 0.0f ? -1.0f : 1.0f;
+    vec3 normal = instance_normal(instance->to_object, surface->normal, point->geometric_normal);
+    clast_basis axes = map_axes(instance->to_world, surface->tangent, surface->bitangent_sign, normal);
+    float side = normal_side(normal, point->geometric_normal);
     vec3 mapped = map_normal(scene, &material->normal_texture, material->normal_scale, surface, table, &axes);
     point->normal = shading_normal_repair(mapped * side, point->geometric_normal, view);
     point->frame = basis_around(point->normal);
-    if ((material->layers & MATERIAL_ANISOTROPY) != 0 && has_axes(&axes)) {
+    if ((material->layers & MATERIAL_ANISOTROPY) != 0 && has_axes(axes)) {
         turn_highlights(scene, material, surface, table, &axes, point);
     }
     if ((material->layers & MATERIAL_CLEARCOAT) != 0) {
@@ -174,14 +96,9 @@ vec3 clast_emission(const clast_scene *scene, const clast_material *material, co
     if (largest3(emission) > 0.0f && material->emissive_texture.texture != CLAST_NONE) {
         vec4 texel = clast_texture_value(scene, material->emissive_texture, coordinates, CLAST_ENCODING_SRGB, table,
                                          vec4(1.0f, 1.0f, 1.0f, 1.0f));
-        emission = emission * max3(vec3(texel[0], texel[1], texel[2]), splat3(0.0f));
+        emission = emission * texture_colour(texel);
     }
     return emission;
-}
-
-static vec3 clamp_unit3(vec3 v)
-{
-    return vec3(clamp1(v[0], 0.0f, 1.0f), clamp1(v[1], 0.0f, 1.0f), clamp1(v[2], 0.0f, 1.0f));
 }
 
 typedef struct texture_reader {
@@ -198,13 +115,12 @@ static vec4 read_texture(const texture_reader *reader, const clast_texture_use *
 
 static vec3 read_colour(const texture_reader *reader, const clast_texture_use *use)
 {
-    vec4 texel = read_texture(reader, use, CLAST_ENCODING_SRGB);
-    return max3(vec3(texel[0], texel[1], texel[2]), splat3(0.0f));
+    return texture_colour(read_texture(reader, use, CLAST_ENCODING_SRGB));
 }
 
 static float read_factor(const texture_reader *reader, const clast_texture_use *use, int channel, float factor)
 {
-    return clamp1(factor * read_texture(reader, use, CLAST_ENCODING_LINEAR)[channel], 0.0f, 1.0f);
+    return texture_factor(factor, read_texture(reader, use, CLAST_ENCODING_LINEAR)[channel]);
 }
 
 // What extensions of the material add.
@@ -241,12 +157,10 @@ static void shade_material(const texture_reader *reader, const clast_material *m
                            clast_shading_point *point)
 {
     const clast_source_surface *surface = reader->surface;
-    vec4 colour = load4(material->base_colour) * surface->colour;
-    colour = colour * read_texture(reader, &material->base_colour_texture, CLAST_ENCODING_SRGB);
+    vec4 colour = read_texture(reader, &material->base_colour_texture, CLAST_ENCODING_SRGB);
     vec4 rough = read_texture(reader, &material->metallic_roughness_texture, CLAST_ENCODING_LINEAR);
-    point->surface = bsdf_input(brdf_input(clamp_unit3(vec3(colour[0], colour[1], colour[2])),
-                                           clamp1(material->metallic * rough[2], 0.0f, 1.0f),
-                                           clamp1(material->roughness * rough[1], 0.0f, 1.0f)));
+    point->surface = surface_base(load4(material->base_colour), surface->colour, colour, material->metallic,
+                                  material->roughness, rough);
     point->absorption = splat3(0.0f);
     if (material->layers != 0) {
         shade_layers(reader, material, is_back, point);

@@ -5,7 +5,7 @@
 
 #include "frame/frame.h"
 #include "render/texture.h"
-#include "shared/bsdf.h"
+#include "shared/surface.h"
 
 // A hit, ready to be shaded.
 typedef struct clast_shading_point {
@@ -44,10 +44,11 @@ void clast_shade_surface(const clast_frame *frame, const clast_srgb_table *table
 vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2],
                     const clast_srgb_table *table);
 
-// An upper bound of what arithmetic may displace a point of an instance by, on each axis of the world, on the way to world
-// space and back: `largest` bounds the object's coordinates there, `size` the sides of its triangles; `position` is in world
-// space.
-vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, float size, vec3 position);
+// position_error() of an instance of the frame.
+static inline vec3 clast_position_error(const clast_frame_instance *instance, vec3 largest, float size, vec3 position)
+{
+    return position_error(instance->to_world, instance->to_object, largest, size, position);
+}
 
 // A candidate hit as alpha sees it.
 typedef struct clast_hit_surface {

@@ -14,10 +14,9 @@ typedef struct clast_srgb_table {
 
 void clast_srgb_table_fill(clast_srgb_table *table);
 
-// How a texture's colours are stored, where it is an integer image. Alpha is always linear.
 typedef enum clast_encoding {
-    CLAST_ENCODING_LINEAR,
-    CLAST_ENCODING_SRGB,
+    CLAST_ENCODING_LINEAR = ENCODING_LINEAR,
+    CLAST_ENCODING_SRGB = ENCODING_SRGB,
 } clast_encoding;
 
 // A texel as red, green, blue, alpha: grey counts for all colours, a missing alpha is one.

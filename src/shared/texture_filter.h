@@ -7,6 +7,10 @@
 #include "shared/enums.h"
 #include "shared/records.h"
 
+// How a texture's colours are stored, where it is an integer image. Alpha is always linear.
+LIMIT(ENCODING_LINEAR, 0u, "as they are")
+LIMIT(ENCODING_SRGB, 1u, "for a display")
+
 // A texel along one axis, its neighbour, and the neighbour's weight.
 RECORD(clast_texel_pair)
 {
@@ -47,15 +51,19 @@ FN clast_texel_pair linear_texels(float coordinate, uint wrap, uint size)
     return texels;
 }
 
-// KHR_texture_transform: scaled, then turned counter-clockwise as seen (coordinates grow downwards), then moved.
+// Counter-clockwise as seen: coordinates grow downwards.
+FN vec2 turn_coordinates(vec2 coordinates, float cosine, float sine)
+{
+    return vec2(cosine * coordinates[0] + sine * coordinates[1], cosine * coordinates[1] - sine * coordinates[0]);
+}
+
+// KHR_texture_transform: scaled, then turned, then moved.
 FN vec2 transform_coordinates(clast_texture_use use, vec2 coordinates)
 {
     vec2 scaled = coordinates * load2(use.scale);
     vec2 turned = scaled;
     if (use.rotation != 0.0f) {
-        float cosine = rough_cos(use.rotation);
-        float sine = rough_sin(use.rotation);
-        turned = vec2(cosine * scaled[0] + sine * scaled[1], cosine * scaled[1] - sine * scaled[0]);
+        turned = turn_coordinates(scaled, rough_cos(use.rotation), rough_sin(use.rotation));
     }
     return turned + load2(use.offset);
 }
