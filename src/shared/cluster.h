@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// Clusters, trees and instances as they lie in a device's memory, for rays: what fits clusters, builds trees and traverses
+// them shares. The processor's own are in accel/structures.h.
+//
+// From the top: a tree over placements (clast_device_scene), for each of these a tree over the clusters of a unit
+// (clast_tree_node), and in each cluster a tree of one or two levels over pairs of triangles (clast_cluster_head). All boxes
+// are in 8 bits a side, quantised as shared/box.h does and proves: a base, which is the exact lower corner of what is
+// inside, and biased exponents of the steps. In trees, each node has its own base; in a cluster, all boxes have one. Quantising
+// keeps order, so the box of some boxes has the least of their lower steps and the largest of their upper ones.
+//
+// A box without a sound triangle (shared/box.h: corners of at most BOX_COORDINATE_MOST) is inside out: lower steps 255, upper
+// ones 0. Rays from far away may meet such a box all the same: what it stands for must be there, and hold nothing to hit.
+#ifndef CLAST_SHARED_CLUSTER_H
+#define CLAST_SHARED_CLUSTER_H
+
+#include "shared/box.h"
+#include "shared/limits.h"
+#include "shared/records.h"
+
+LIMIT(TREE_CHILDREN, 8u, "boxes of a node")
+LIMIT(CHILD_ITEM, 0x80000000u, "of a child: what follows is an item; without it, a node")
+LIMIT(SIDES_NONE_LOWER, 0xffffffffu, "lower sides of four boxes inside out")
+LIMIT(SIDES_NONE_UPPER, 0u, "upper sides of four boxes inside out")
+
+// ------------------------------------------------------------------------------------------------------------- trees
+
+// A node of a tree. The root is the first of its tree's. Children's sides are bytes, that of child 0 the lowest: for each axis
+// 4 axis + 0 and 1 are the lower sides, + 2 and 3 the upper ones.
+//
+// Children stand in an order that lets rays meet near ones first: bit j of a child's place tells to which side it lies
+// along the axis order_axis(order, j). A ray looks at places 0 ^ m, 1 ^ m, ..., with bit j of m the sign of its direction along
+// that axis. Any order is right; a good one is faster.
+//
+// Places without a child come last, have boxes inside out, and repeat child 0.
+RECORD(clast_tree_node)
+{
+    packed3 lower;
+    uint exponents; // of x, y and z, 8 bits each; the order in the highest 8
+    uint sides[12];
+    uint children[8]; // numbers of nodes, or CHILD_ITEM with what stands for an item
+};
+RECORD_SIZE(clast_tree_node, 96)
+
+FN uint box_exponents(vec3 extent)
+{
+    return box_exponent(extent[0]) | box_exponent(extent[1]) << 8u | box_exponent(extent[2]) << 16u;
+}
+FN uint exponent_of_axis(uint exponents, uint axis) { return exponents >> (axis * 8u) & 255u; }
+
+// The order of a tree's node: three axes, 0 to 2; that of bit 0 of the place first.
+FN uint tree_order(uint axis_0, uint axis_1, uint axis_2) { return axis_0 | axis_1 << 2u | axis_2 << 4u; }
+FN uint order_axis(uint order, uint bit) { return order >> (2u * bit) & 3u; }
+
+// The steps of a box's sides along an axis, in a node with that base and exponent. The box lies in the node's.
+FN uint side_down(float lower, float base, uint exponent) { return to_uint(box_quantise_down(lower, base, exponent)); }
+FN uint side_up(float upper, float base, uint exponent) { return to_uint(box_quantise_up(upper, base, exponent)); }
+
+// Whether a coordinate is a number that boxes can hold; by its bits, as devices need not know what is not a number.
+FN bool is_sound1(float x) { return (floatBitsToUint(x) & 0x7fffffffu) <= 0x7b800000u; } // BOX_COORDINATE_MOST
+FN bool is_sound3(vec3 v) { return is_sound1(v[0]) && is_sound1(v[1]) && is_sound1(v[2]); }
+
+// ---------------------------------------------------------------------------------------------------------- clusters
+
+LIMIT(CLUSTER_UNIT, 32u, "bytes; clusters begin at multiples of it")
+LIMIT(CLUSTER_NODES, 9u, "most nodes of a cluster: a root and eight below it")
+LIMIT(CLUSTER_NODE_BYTES, 48u, "of a node of a cluster: sides[12] as a tree's node has them")
+LIMIT(CLUSTER_HEAD_BYTES, 64u, "where a cluster's nodes begin")
+LIMIT(PAIR_BYTES, 8u, "of a pair of triangles")
+
+// Two triangles: what a leaf of a cluster holds. `first` is the corners of one triangle, in their order, 8 bits each, then its
+// number. `second` is the same of another. Where two triangles share an edge, `second` tells less: its first two
+// bytes are equal, which they are in no triangle worth hitting. Then the third byte is the corner d that the first triangle
+// has not, the fourth is the second triangle's number, and the first byte tells how the triangles turn (pair_turns): with the
+// fan (a, b, c), (a, c, d), corner k of the first triangle is number (k + turn) % 3 of (a, b, c); of the second, of (a, c, d). `first`
+// then holds a, b and c. The first byte is PAIR_LONE where there is no second triangle, and d repeats c then.
+RECORD(clast_pair)
+{
+    uint first;
+    uint second;
+};
+RECORD_SIZE(clast_pair, 8)
+
+LIMIT(PAIR_LONE, 16u, "as a pair's turns: there is no second triangle")
+
+FN bool pair_is_fan(clast_pair pair) { return (pair.second & 255u) == (pair.second >> 8u & 255u); }
+FN bool pair_is_lone(clast_pair pair) { return pair_is_fan(pair) && (pair.second & PAIR_LONE) != 0u; }
+FN uint pair_corner(uint word, uint corner) { return word >> (corner * 8u) & 255u; }
+FN uint pair_turns(uint first, uint second) { return first | second << 2u; }
+FN uint pair_first_turn(clast_pair pair) { return pair.second & 3u; }
+FN uint pair_second_turn(clast_pair pair) { return pair.second >> 2u & 3u; }
+FN clast_pair make_fan(uint a, uint b, uint c, uint d, uint first, uint second, uint turns)
+{
+    clast_pair pair;
+    pair.first = a | b << 8u | c << 16u | first << 24u;
+    pair.second = turns | turns << 8u | d << 16u | second << 24u;
+    return pair;
+}
+
+// A topology: pairs in the order of the leaves, and how many a leaf has. A cluster's own counts are the same word.
+RECORD(clast_device_template)
+{
+    packed_address pairs;
+    uint counts; // cluster_counts()
+    uint vertices;
+};
+RECORD_SIZE(clast_device_template, 16)
+
+// Of 1 to 128 pairs, in leaves of 2^shift: at most 64 leaves.
+FN uint cluster_counts(uint pairs, uint shift) { return pairs | shift << 8u; }
+FN uint cluster_pairs(uint counts) { return counts & 255u; }
+FN uint cluster_shift(uint counts) { return counts >> 8u & 3u; }
+FN uint cluster_leaves(uint counts)
+{
+    return (cluster_pairs(counts) + (1u << cluster_shift(counts)) - 1u) >> cluster_shift(counts);
+}
+// Up to eight leaves are in one node; more are in nodes of eight below a root, which come in its order after it.
+FN uint cluster_nodes(uint counts)
+{
+    uint leaves = cluster_leaves(counts);
+    return leaves <= TREE_CHILDREN ? 1u : 1u + (leaves + TREE_CHILDREN - 1u) / TREE_CHILDREN;
+}
+// What any topology of so many triangles has: all are in pairs but one.
+FN uint triangles_counts(uint triangles)
+{
+    return cluster_counts((triangles + 1u) / 2u, triangles > CLUSTER_TRIANGLES ? 1u : 0u);
+}
+// The memory that a cluster takes, in CLUSTER_UNITs; `own_pairs` where its pairs lie behind its nodes and are no template's.
+FN uint cluster_space(uint counts, bool own_pairs)
+{
+    uint bytes = CLUSTER_HEAD_BYTES + CLUSTER_NODE_BYTES * cluster_nodes(counts) +
+                 (own_pairs ? PAIR_BYTES * cluster_pairs(counts) : 0u);
+    return (bytes + CLUSTER_UNIT - 1u) / CLUSTER_UNIT;
+}
+FN uint cluster_pairs_offset(uint counts) { return CLUSTER_HEAD_BYTES + CLUSTER_NODE_BYTES * cluster_nodes(counts); }
+
+// Where a cluster begins; its nodes follow. A tree over clusters has as items where these begin, in CLUSTER_UNITs from the
+// unit's clusters on.
+//
+// Leaf i is child i % 8 of node 1 + i / 8, or of the root where it is alone; it has pairs (i << shift) and the next ones, up to
+// the last pair. An order has 9 bits: order_sides(). Bit j of a child's place divides along an axis as in a tree's node, but
+// the upper half may come first.
+RECORD(clast_cluster_head)
+{
+    packed3 lower; // base of all boxes
+    uint exponents; // of their steps: x, y and z
+    packed_address vertices; // packed3
+    packed_address pairs;
+    uint cluster; // its number in the unit, as hits tell it
+    uint counts;  // cluster_counts()
+    uint orders[5]; // of nodes, 16 bits each
+    uint unused;
+};
+RECORD_SIZE(clast_cluster_head, 64)
+
+// Three sides, of bits 0 to 2 of a place: an axis, plus 3 where the upper half comes first.
+FN uint order_sides(uint side_0, uint side_1, uint side_2) { return side_0 | side_1 << 3u | side_2 << 6u; }
+FN uint order_side(uint order, uint bit) { return order >> (3u * bit) & 7u; }
+
+// -------------------------------------------------------------------------------------------------------- placements
+
+LIMIT(PLACEMENT_FILTERED, 1u, "hits are put to the filter")
+LIMIT(PLACEMENT_MIRRORED, 2u, "the map turns space inside out")
+
+// An instance: clast_placement of accel/structures.h. Maps are columns.
+RECORD(clast_device_placement)
+{
+    packed3 to_object[3];
+    packed3 origin; // of object space, in the world
+    packed_address nodes;    // of the unit's tree; 0: nothing can be hit
+    packed_address clusters; // of the unit
+    clast_box box;           // around the unit's sound triangles, not quantised
+    uint id;                 // what hits report
+    uint flags;              // PLACEMENT_ bits
+    packed3 to_world[3];
+    uint unit;
+    uint unused[2];
+};
+RECORD_SIZE(clast_device_placement, 144)
+
+// What rays are traced through. The items of its tree are numbers of placements.
+RECORD(clast_device_scene)
+{
+    packed_address nodes;
+    packed_address placements;
+    clast_box box; // around all, not quantised
+    float spread;  // clast_tlas.spread of accel/structures.h
+    uint placement_count; // 0: nothing is there
+};
+RECORD_SIZE(clast_device_scene, 48)
+
+#endif
