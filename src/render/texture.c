@@ -5,8 +5,8 @@
 void clast_srgb_table_fill(clast_srgb_table *table)
 {
     for (uint32_t i = 0; i < 256; i++) {
-        table->linear[i] = srgb_to_linear((float)i / 255.0f);
-        table->plain[i] = (float)i / 255.0f;
+        table->linear[i] = srgb_to_linear(unorm8(i));
+        table->plain[i] = unorm8(i);
     }
 }
 
@@ -29,7 +29,7 @@ static inline vec4 texel8(const clast_image *image, size_t place, const float co
 
 static float decode16(uint16_t value, clast_encoding encoding)
 {
-    float plain = (float)value / 65535.0f;
+    float plain = unorm16(value);
     return encoding == CLAST_ENCODING_SRGB ? srgb_to_linear(plain) : plain;
 }
 
@@ -61,11 +61,6 @@ vec4 clast_image_texel(const clast_image *image, uint32_t x, uint32_t y, clast_e
     case CLAST_PIXEL_UNORM16: return texel16(image, place, encoding);
     default: return texel_float(image, place);
     }
-}
-
-static vec4 mix4(vec4 a, vec4 b, float t)
-{
-    return a * (1.0f - t) + b * t;
 }
 
 vec4 clast_image_blend(const clast_image *image, clast_texel_pair x, clast_texel_pair y, clast_encoding encoding,
@@ -146,8 +141,8 @@ static float texel_alpha(const clast_image *image, uint32_t x, uint32_t y)
 {
     size_t element = ((size_t)y * image->width + x) * image->channels + image->channels - 1;
     switch (image->type) {
-    case CLAST_PIXEL_UNORM8: return (float)((const uint8_t *)image->pixels)[element] / 255.0f;
-    case CLAST_PIXEL_UNORM16: return (float)((const uint16_t *)image->pixels)[element] / 65535.0f;
+    case CLAST_PIXEL_UNORM8: return unorm8(((const uint8_t *)image->pixels)[element]);
+    case CLAST_PIXEL_UNORM16: return unorm16(((const uint16_t *)image->pixels)[element]);
     default: return ((const float *)image->pixels)[element];
     }
 }

@@ -68,6 +68,12 @@ FN vec2 transform_coordinates(clast_texture_use use, vec2 coordinates)
     return turned + load2(use.offset);
 }
 
+// What integers of 8 and of 16 bits stand for: k / 255 and k / 65535, rounded as a division would. The first product is exact.
+FN float unorm8(uint k) { return to_float(k) * 0.0039215087890625f + to_float(k) * 5.9838392e-8f; }
+FN float unorm16(uint k) { return to_float(k) * 0.0000152587890625f + to_float(k) * 2.32834196e-10f; }
+
+FN vec4 mix4(vec4 a, vec4 b, float t) { return a * (1.0f - t) + b * t; }
+
 // IEC 61966-2-1. Both ways exact to rounding; 0 and 1 stay what they are.
 FN float srgb_to_linear(float c)
 {

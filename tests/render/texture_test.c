@@ -131,6 +131,17 @@ static void colours_are_decoded_exactly_and_alpha_is_not(void **state)
     }
 }
 
+static void integers_stand_for_what_a_division_gives(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 256; i++) {
+        assert_true(unorm8(i) == (float)i / 255.0f);
+    }
+    for (uint32_t i = 0; i < 65536; i++) {
+        assert_true(unorm16(i) == (float)i / 65535.0f);
+    }
+}
+
 static void float_images_are_linear(void **state)
 {
     (void)state;
@@ -175,6 +186,7 @@ int main(void)
         CONTEXT_TEST(coordinates_that_are_no_numbers_do_no_harm),
         CONTEXT_TEST(channels_mean_what_gltf_says),
         cmocka_unit_test(colours_are_decoded_exactly_and_alpha_is_not),
+        cmocka_unit_test(integers_stand_for_what_a_division_gives),
         cmocka_unit_test(float_images_are_linear),
         cmocka_unit_test(transforms_scale_then_turn_then_move),
         CONTEXT_TEST(the_second_coordinates_are_used_where_asked),
