@@ -8,6 +8,9 @@
 #include "shared/records.h"
 
 LIMIT(WAVE_PIXELS, 8u, "pixels that a quad's side covers at rate 1, where it is nearest")
+LIMIT(WAVE_ARRAY_SHEET, 0u, "clast_wave_sheet")
+LIMIT(WAVE_ARRAY_TEMPLATES, 1u, "templates by n")
+LIMIT(WAVE_ARRAYS, 2u, "how many there are")
 
 RECORD(clast_wave_sheet)
 {
@@ -115,6 +118,33 @@ FN uint wave_segments(clast_wave_sheet sheet, clast_source_view view)
         }
     }
     return segments;
+}
+
+// What a tile emits: one grid of n x n quads.
+FN clast_source_count wave_count(uint segments)
+{
+    clast_source_count count;
+    count.clusters = 1u;
+    count.triangles = 2u * segments * segments;
+    count.vertices = (segments + 1u) * (segments + 1u);
+    count.words = 0u;
+    count.blocks = 0u;
+    return count;
+}
+
+FN clast_cluster_record wave_record(uint segments, uint template_index, uint unit, uint tile, uint first_vertex,
+                                    uint first_word)
+{
+    clast_source_count count = wave_count(segments);
+    clast_cluster_record record;
+    record.unit = unit;
+    record.template_index = template_index;
+    record.first_vertex = first_vertex;
+    record.item = tile;
+    record.form_and_counts = form_and_counts(FORM_WHOLE, count.triangles, count.vertices);
+    record.detail = segments;
+    record.first_word = first_word;
+    return record;
 }
 
 // Where on its tile (0 to 1 each way) a point of a grid's triangle is. Quad q is triangles 2 q: (v00, v10, v11) and 2

@@ -162,9 +162,10 @@ static float deviation(const clast_unit *unit, const clast_pose *pose)
 static uint32_t arrays(const clast_unit *base, clast_source_array arrays[CLAST_SOURCE_ARRAYS_MOST])
 {
     const wave_unit *unit = wave_of(base);
-    arrays[0] = (clast_source_array){"sheet", &unit->sheet, sizeof unit->sheet, base->version, 0};
-    arrays[1] = (clast_source_array){"templates", unit->templates, sizeof unit->templates, base->version, 0};
-    return 2;
+    arrays[WAVE_ARRAY_SHEET] = (clast_source_array){"sheet", &unit->sheet, sizeof unit->sheet, base->version, 0};
+    arrays[WAVE_ARRAY_TEMPLATES] = (clast_source_array){"templates", unit->templates, sizeof unit->templates,
+                                                        base->version, 0};
+    return WAVE_ARRAYS;
 }
 
 static clast_source_count count(const clast_unit *base, const clast_pose *pose, const clast_source_view *view,
@@ -172,8 +173,7 @@ static clast_source_count count(const clast_unit *base, const clast_pose *pose, 
 {
     (void)pose;
     (void)item;
-    uint32_t n = wave_segments(wave_of(base)->sheet, *view);
-    return (clast_source_count){1, 2 * n * n, (n + 1) * (n + 1), 0, 0};
+    return wave_count(wave_segments(wave_of(base)->sheet, *view));
 }
 
 static void emit(const clast_unit *base, const clast_pose *pose, const clast_source_view *view, uint32_t item,
@@ -183,15 +183,7 @@ static void emit(const clast_unit *base, const clast_pose *pose, const clast_sou
     (void)pose;
     const wave_unit *unit = wave_of(base);
     uint32_t n = wave_segments(unit->sheet, *view);
-    records[0] = (clast_cluster_record){
-        .unit = base->number,
-        .template_index = unit->templates[n],
-        .first_vertex = first_vertex,
-        .item = item,
-        .form_and_counts = form_and_counts(FORM_WHOLE, 2 * n * n, (n + 1) * (n + 1)),
-        .detail = n,
-        .first_word = first_word,
-    };
+    records[0] = wave_record(n, unit->templates[n], base->number, item, first_vertex, first_word);
 }
 
 static void fill(const clast_unit *base, const clast_pose *pose, const clast_cluster_record *record,
