@@ -6,6 +6,7 @@
 
 #include "cook/cook.h"
 #include "frame/pose.h"
+#include "shared/light_choice.h"
 
 // What a unit, or all of a frame, takes at some rate.
 typedef struct clast_frame_need {
@@ -65,15 +66,6 @@ typedef struct clast_depth_pyramid {
     uint32_t width, height; // of the finest
     uint32_t level_count;   // 0: nothing is known
 } clast_depth_pyramid;
-
-// An emissive triangle in world space.
-typedef struct clast_emitter {
-    packed3 corners[3];
-    uint32_t instance; // of the frame
-    uint32_t primitive;
-    uint32_t material;
-    float area;
-} clast_emitter;
 
 // What a frame is asked for.
 typedef struct clast_frame_settings {

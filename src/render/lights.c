@@ -5,12 +5,6 @@
 #include "base/thread.h"
 #include "render/surface.h"
 
-enum {
-    PUNCTUAL_MOST = 16
-}; // so many punctual lights are weighed at each point; of more, one is chosen by its strength alone
-
-static const float LEAST_SHARE = 0.1f; // of a kind of light that is there at all: guesses of its strength may be wrong
-
 static vec3 vector_of(const float v[3])
 {
     return vec3(v[0], v[1], v[2]);
@@ -213,13 +207,6 @@ void clast_lights_destroy(clast_context *context, clast_lights *lights)
 
 // ------------------------------------------------------------------------------------------------------------ far away
 
-// 1 - cosine between a unit vector and the sun's middle. Of small angles, the difference itself would keep no digits.
-static float below_sun(const clast_lights *lights, vec3 direction)
-{
-    vec3 difference = direction - load3(lights->sun.z);
-    return 0.5f * dot3(difference, difference);
-}
-
 vec3 clast_distant_radiance(const clast_lights *lights, vec3 direction)
 {
     if (!lights->has_surroundings && !lights->has_sun) {
@@ -227,11 +214,8 @@ vec3 clast_distant_radiance(const clast_lights *lights, vec3 direction)
     }
     vec3 radiance = clast_surroundings_radiance(lights, direction);
     if (lights->has_sun) {
-        float below = below_sun(lights, direction);
-        if (below < lights->sun_height && direction[1] > 0.0f) {
-            radiance = radiance +
-                       lights->sun_irradiance * (lights->sun_density * sun_profile(below, lights->sun_height));
-        }
+        radiance = radiance + sun_radiance(load3(lights->sun.z), lights->sun_height, lights->sun_irradiance,
+                                           lights->sun_density, direction);
     }
     return radiance;
 }
@@ -242,101 +226,82 @@ float clast_distant_density(const clast_lights *lights, const clast_light_shares
     if (shares->surroundings > 0.0f) {
         density = shares->surroundings * clast_surroundings_density(&lights->surroundings, direction);
     }
-    if (shares->sun > 0.0f && below_sun(lights, direction) < lights->sun_height) {
-        density += shares->sun * lights->sun_density;
-    }
-    return density;
+    return density +
+           sun_density_at(load3(lights->sun.z), lights->sun_height, lights->sun_density, shares->sun, direction);
 }
 
 // --------------------------------------------------------------------------------------------------------------- shares
 
-static float facing(vec3 geometric_normal, vec3 normal, vec3 direction)
+// How strong a punctual light is at a point, whatever the surface there.
+static float punctual_strength(const clast_lights *lights, uint32_t number, vec3 position)
 {
-    return dot3(geometric_normal, direction) > 0.0f ? 0.1f + 0.9f * max1(dot3(normal, direction), 0.0f) : 0.0f;
+    return luminance(load3(light_incoming(lights->frame->motion.lights[number], position).irradiance));
 }
 
 static float punctual_weight(const clast_lights *lights, uint32_t number, vec3 position, vec3 geometric_normal,
                              vec3 normal)
 {
     clast_incoming incoming = light_incoming(lights->frame->motion.lights[number], position);
-    return luminance(load3(incoming.irradiance)) * facing(geometric_normal, normal, load3(incoming.direction));
+    return luminance(load3(incoming.irradiance)) * light_facing(geometric_normal, normal, load3(incoming.direction));
 }
 
-static float least(float weight, float sum)
+static float punctual_sum(const clast_lights *lights, vec3 position, vec3 geometric_normal, vec3 normal)
 {
-    return weight > 0.0f ? max1(weight, LEAST_SHARE * sum) : 0.0f;
+    if (lights->punctual.count > PUNCTUAL_WEIGHED) {
+        return lights->punctual.total / (lights->extent * lights->extent);
+    }
+    float sum = 0.0f;
+    for (uint32_t i = 0; i < lights->punctual.count; i++) {
+        sum += punctual_weight(lights, i, position, geometric_normal, normal);
+    }
+    return sum;
 }
 
 clast_light_shares clast_lights_share(const clast_lights *lights, vec3 position, vec3 geometric_normal, vec3 normal)
 {
-    clast_light_shares s = {0.0f, 0.0f, 0.0f, 0.0f};
-    if (lights->has_surroundings) {
-        float up = 0.5f + 0.5f * normal[1];
-        s.surroundings = PI * (lights->surroundings.upper * up + lights->surroundings.lower * (1.0f - up));
-        s.surroundings = max1(s.surroundings, 1e-3f * (lights->surroundings.upper + lights->surroundings.lower));
-    }
-    if (lights->has_sun) {
-        vec3 sun = load3(lights->sun.z);
-        // A wide sun may stand half above the surface's horizon.
-        float reach = rough_sqrt(2.0f * lights->sun_height);
-        s.sun = dot3(geometric_normal, sun) > -reach ? 1.0f : 0.0f;
-    }
-    if (lights->punctual.count > PUNCTUAL_MOST) {
-        s.punctual = lights->punctual.total / (lights->extent * lights->extent);
-    } else {
-        for (uint32_t i = 0; i < lights->punctual.count; i++) {
-            s.punctual += punctual_weight(lights, i, position, geometric_normal, normal);
-        }
-    }
-    if (lights->emitters.count != 0) {
-        vec3 away = lights->emitter_centre - position;
-        float square = max1(dot3(away, away), 0.25f * lights->emitter_radius * lights->emitter_radius);
-        s.emitters = lights->emitters.total / max1(square, 1e-30f);
-    }
-    float sum = s.surroundings + s.punctual + s.emitters;
-    s = (clast_light_shares){least(s.surroundings, sum), s.sun, least(s.punctual, sum), least(s.emitters, sum)};
-    sum = s.surroundings + s.punctual + s.emitters;
-    float scale = sum > 0.0f && is_finite1(sum) ? 1.0f / sum : 0.0f;
-    return (clast_light_shares){s.surroundings * scale, s.sun, s.punctual * scale, s.emitters * scale};
+    const clast_surroundings *around = &lights->surroundings;
+    float surroundings = lights->has_surroundings ? surroundings_strength(around->upper, around->lower, normal) : 0.0f;
+    float sun = lights->has_sun ? sun_share(load3(lights->sun.z), lights->sun_height, geometric_normal) : 0.0f;
+    float punctual = punctual_sum(lights, position, geometric_normal, normal);
+    float emitters = lights->emitters.count != 0 ? emitters_strength(lights->emitters.total, lights->emitter_centre,
+                                                                     lights->emitter_radius, position)
+                                                 : 0.0f;
+    return shares_of_strengths(surroundings, sun, punctual, emitters);
 }
 
 // -------------------------------------------------------------------------------------------------------------- samples
 
 static clast_light_sample sample_distant(const clast_lights *lights, const clast_light_shares *shares, vec3 direction)
 {
-    return (clast_light_sample){
-        .direction = direction,
-        .is_distant = true,
-        .radiance = clast_distant_radiance(lights, direction),
-        .density = clast_distant_density(lights, shares, direction),
-    };
+    clast_light_sample light = no_light();
+    light.direction = store3(direction);
+    light.is_distant = 1;
+    light.radiance = store3(clast_distant_radiance(lights, direction));
+    light.density = clast_distant_density(lights, shares, direction);
+    return light;
 }
 
 // Which punctual light, and how likely.
 static uint32_t choose_punctual(const clast_lights *lights, vec3 position, float choice, float *density)
 {
     uint32_t count = lights->punctual.count;
-    if (count > PUNCTUAL_MOST) {
+    if (count > PUNCTUAL_WEIGHED) {
         float rest;
         uint32_t number = clast_sums_find(lights->punctual.sums, count, choice, &rest);
         *density = lights->punctual.sums[number + 1] - lights->punctual.sums[number];
         return number;
     }
-    float weights[PUNCTUAL_MOST], sum = 0.0f;
+    float weights[PUNCTUAL_WEIGHED], sum = 0.0f;
     for (uint32_t i = 0; i < count; i++) {
-        weights[i] = luminance(load3(light_incoming(lights->frame->motion.lights[i], position).irradiance));
+        weights[i] = punctual_strength(lights, i, position);
         sum += weights[i];
     }
-    float before = 0.0f;
-    uint32_t chosen = count;
+    clast_weighed_choice chosen = choice_begin();
     for (uint32_t i = 0; i < count; i++) {
-        if (weights[i] > 0.0f && (chosen == count || choice * sum >= before)) {
-            chosen = i;
-        }
-        before += weights[i];
+        chosen = choice_step(chosen, i, weights[i], choice * sum);
     }
-    *density = chosen < count && is_finite1(sum) ? weights[chosen] / sum : 0.0f;
-    return chosen;
+    *density = chosen.chosen < count && is_finite1(sum) ? chosen.weight / sum : 0.0f;
+    return chosen.chosen;
 }
 
 static clast_light_sample sample_punctual(const clast_lights *lights, const clast_light_shares *shares, vec3 position,
@@ -344,22 +309,35 @@ static clast_light_sample sample_punctual(const clast_lights *lights, const clas
 {
     float density;
     uint32_t number = choose_punctual(lights, position, choice, &density);
+    clast_light_sample light = no_light();
     if (!(density > 0.0f)) {
-        return (clast_light_sample){.density = 0.0f};
+        return light;
     }
-    const clast_light *light = &lights->frame->motion.lights[number];
-    clast_incoming incoming = light_incoming(*light, position);
-    return (clast_light_sample){
-        .direction = load3(incoming.direction),
-        .target = load3(light->position),
-        .is_distant = light->type == CLAST_LIGHT_DIRECTIONAL,
-        .is_point = true,
-        .radiance = load3(incoming.irradiance),
-        .density = shares->punctual * density,
-    };
+    const clast_light *from = &lights->frame->motion.lights[number];
+    clast_incoming incoming = light_incoming(*from, position);
+    light.direction = incoming.direction;
+    light.target = from->position;
+    light.is_distant = from->type == CLAST_LIGHT_DIRECTIONAL;
+    light.is_point = 1;
+    light.radiance = incoming.irradiance;
+    light.density = shares->punctual * density;
+    return light;
 }
 
-// The point is moved towards the viewer by what arithmetic may have moved it by, so that its own triangle does not hide it.
+// What an emitter sends out at a point of it.
+static vec3 emission_at(const clast_lights *lights, const clast_emitter *emitter, vec2 weights)
+{
+    const clast_frame *frame = lights->frame;
+    const clast_frame_unit *unit = &frame->units[frame->instances[emitter->instance].unit];
+    const clast_material *material = &frame->scene->materials[emitter->material].record;
+    if (material->emissive_texture.texture == CLAST_NONE) {
+        return load3(material->emissive);
+    }
+    clast_surface_point point = {.primitive = emitter->primitive, .coordinates = store2(weights)};
+    clast_source_surface surface = clast_source_of(unit->unit)->evaluate(unit->unit, &unit->pose, point);
+    return clast_emission(frame->scene, material, surface.coordinates, lights->table);
+}
+
 static clast_light_sample sample_emitter(const clast_lights *lights, const clast_light_shares *shares, vec3 position,
                                          float choice, vec2 u)
 {
@@ -368,42 +346,28 @@ static clast_light_sample sample_emitter(const clast_lights *lights, const clast
     uint32_t number = clast_sums_find(lights->emitters.sums, lights->emitters.count, choice, &rest);
     const clast_emitter *emitter = &frame->emitters[number];
     vec2 weights = sample_triangle(u);
-    vec3 a = load3(emitter->corners[0]), b = load3(emitter->corners[1]), c = load3(emitter->corners[2]);
-    vec3 place = a + (b - a) * weights[0] + (c - a) * weights[1];
-    vec3 normal = cross3(b - a, c - a) * (1.0f / (2.0f * emitter->area));
-    vec3 away = place - position;
-    float distance = length3(away);
-    if (!(distance > 0.0f)) {
-        return (clast_light_sample){.density = 0.0f};
+    clast_emitter_point point = emitter_point(*emitter, weights, position);
+    clast_light_sample light = no_light();
+    if (!(point.distance > 0.0f)) {
+        return light;
     }
-    vec3 direction = away * (1.0f / distance);
     const clast_frame_instance *instance = &frame->instances[emitter->instance];
     const clast_frame_unit *unit = &frame->units[instance->unit];
-    const clast_material *material = &frame->scene->materials[emitter->material].record;
-    vec3 emission = load3(material->emissive);
-    if (material->emissive_texture.texture != CLAST_NONE) {
-        clast_surface_point point = {.primitive = emitter->primitive, .coordinates = store2(weights)};
-        clast_source_surface surface = clast_source_of(unit->unit)->evaluate(unit->unit, &unit->pose, point);
-        emission = clast_emission(frame->scene, material, surface.coordinates, lights->table);
-    }
     vec3 bound = max3(load3(unit->bounds.upper), load3(unit->bounds.lower) * -1.0f);
     float extent = largest3(load3(unit->bounds.upper) - load3(unit->bounds.lower));
-    vec3 error = clast_position_error(instance, max3(bound, splat3(0.0f)), extent, place);
-    vec3 size = vec3(abs1(normal[0]), abs1(normal[1]), abs1(normal[2]));
-    float offset = 2.0f * dot3(size, error);
-    return (clast_light_sample){
-        .direction = direction,
-        .target = place + normal * (dot3(normal, direction) < 0.0f ? offset : -offset),
-        .radiance = emission,
-        .density = clast_emitter_density(lights, shares, emitter->instance, emitter->primitive, distance,
-                                         dot3(normal, direction)),
-    };
+    vec3 error = clast_position_error(instance, max3(bound, splat3(0.0f)), extent, load3(point.place));
+    light.direction = point.direction;
+    light.target = store3(emitter_target(point, error));
+    light.radiance = store3(emission_at(lights, emitter, weights));
+    light.density = clast_emitter_density(lights, shares, emitter->instance, emitter->primitive, point.distance,
+                                          dot3(load3(point.normal), load3(point.direction)));
+    return light;
 }
 
 clast_light_sample clast_lights_sample_sun(const clast_lights *lights, const clast_light_shares *shares, vec2 u)
 {
     if (!(shares->sun > 0.0f)) {
-        return (clast_light_sample){.density = 0.0f};
+        return no_light();
     }
     return sample_distant(lights, shares, normalize3(from_basis(lights->sun, sample_cone(u, lights->sun_height))));
 }
@@ -423,7 +387,7 @@ clast_light_sample clast_lights_sample(const clast_lights *lights, const clast_l
     if (shares->emitters > 0.0f) {
         return sample_emitter(lights, shares, position, min1(choice / shares->emitters, 0.99999994f), u);
     }
-    return (clast_light_sample){.density = 0.0f};
+    return no_light();
 }
 
 float clast_emitter_density(const clast_lights *lights, const clast_light_shares *shares, uint32_t frame_instance,
@@ -434,19 +398,14 @@ float clast_emitter_density(const clast_lights *lights, const clast_light_shares
     }
     // Emitters of an instance are in order of their primitives.
     const clast_emitter *emitters = lights->frame->emitters;
-    uint32_t low = lights->first_emitter[frame_instance], high = lights->first_emitter[frame_instance + 1], end = high;
-    while (low < high) {
-        uint32_t middle = low + (high - low) / 2;
-        if (emitters[middle].primitive < primitive) {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
+    uint32_t first = lights->first_emitter[frame_instance], end = lights->first_emitter[frame_instance + 1];
+    clast_search search = search_between(first, end);
+    while (search_goes_on(search)) {
+        search = search_step(search, primitive < emitters[search_middle(search)].primitive);
     }
-    if (low == end || emitters[low].primitive != primitive) {
+    if (first == end || emitters[search.low].primitive != primitive) {
         return 0.0f; // it has no area, or its source has no such list: found by chance alone
     }
-    float share = lights->emitters.sums[low + 1] - lights->emitters.sums[low];
-    float size = max1(abs1(cosine), 1e-6f) * emitters[low].area;
-    return shares->emitters * share * distance * distance / size;
+    float share = lights->emitters.sums[search.low + 1] - lights->emitters.sums[search.low];
+    return emitter_density(shares->emitters, share, emitters[search.low].area, distance, cosine);
 }

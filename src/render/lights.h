@@ -6,7 +6,7 @@
 #include "frame/frame.h"
 #include "render/sky.h"
 #include "render/texture.h"
-#include "shared/light.h"
+#include "shared/light_choice.h"
 
 // A table to choose from by weight: a running sum from 0 to 1, `count` + 1 values.
 typedef struct clast_choice_table {
@@ -23,22 +23,6 @@ typedef struct clast_surroundings {
     float rotation;
     float upper, lower; // mean luminance of each half
 } clast_surroundings;
-
-// How likely each kind of light is chosen at a point; they add up to one, or are all zero. The sun has a sample of its own
-// wherever it can be seen: its share is 1 or 0, beside the others'.
-typedef struct clast_light_shares {
-    float surroundings, sun, punctual, emitters;
-} clast_light_shares;
-
-// Where light may come from.
-typedef struct clast_light_sample {
-    vec3 direction; // towards the light, unit length
-    vec3 target;    // of a light that is somewhere: where the ray ends
-    bool is_distant;
-    bool is_point; // cannot be found by following a direction: gets all of the weight
-    vec3 radiance; // is_point: irradiance
-    float density; // by solid angle, the choice of the light included; is_point: of the choice alone; 0: no light
-} clast_light_sample;
 
 typedef struct clast_lights {
     const clast_frame *frame;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The path integrator: at each surface one light is sampled, and one direction is followed; what both could have found is
-// weighed by the power heuristic (Veach, Robust Monte Carlo Methods for Light Transport Simulation, 1997, chapter 9). Paths
-// of little use end by Russian roulette.
+// The path integrator: shared/path.h tells what a path does at a surface; here are the order of things and the tiles.
 #include "render/path.h"
 
 #include "base/thread.h"
@@ -9,37 +7,20 @@
 
 enum { SURFACES = 16 }; // that are found before the first of them is shaded
 
-// Which points of the sequence a decision at a bounce uses.
-enum { USE_CAMERA, USE_LIGHT, USE_SUN, USE_CHOICE, USE_DIRECTION, USE_ROULETTE, USE_LENS, USES };
-
-static const float DIFFUSE_WIDTH = 0.25f; // least alpha of the lobes after a diffuse surface
-static const float GLOSSY_WIDTH = 0.5f;   // and after a glossy one, in parts of its own
-
-static const float INDIRECT_MOST = 10.0f; // of a sample's light that is clamped: far whiter than white
-
 static uint32_t pixel_seed(const clast_render_target *target, uint32_t x, uint32_t y)
 {
-    return hash3(x, y, target->settings.seed);
+    return path_seed(x, y, target->settings.seed);
 }
 
 static vec2 next_square(const clast_render_target *target, uint32_t seed, uint32_t bounce, uint32_t use)
 {
-    return sample_square(target->sample, sample_seed(seed, bounce * USES + use));
+    return path_square(target->sample, seed, bounce, use);
 }
 
 clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, uint32_t x, uint32_t y)
 {
-    vec2 offset = vec2(0.5f, 0.5f);
-    if (target->sample != 0) {
-        vec2 u = next_square(target, pixel_seed(target, x, y), 0, USE_CAMERA);
-        offset = vec2(camera_offset(u[0]), camera_offset(u[1]));
-    }
-    vec2 lens = vec2(0.0f, 0.0f);
-    if (frame->settings.camera.lens_radius > 0.0f) {
-        lens = sample_disc(next_square(target, pixel_seed(target, x, y), 0, USE_LENS));
-    }
-    return camera_lens_ray(frame->settings.camera, ((float)x + offset[0]) / (float)target->width,
-                           ((float)y + offset[1]) / (float)target->height, lens);
+    return primary_ray(frame->settings.camera, target->width, target->height, x, y, target->sample,
+                       pixel_seed(target, x, y));
 }
 
 clast_ray clast_ray_of(clast_camera_ray from)
@@ -48,119 +29,71 @@ clast_ray clast_ray_of(clast_camera_ray from)
     return (clast_ray){{o[0], o[1], o[2]}, from.t_min, {d[0], d[1], d[2]}, from.t_max};
 }
 
-// Just off a surface, on the side that a direction points to.
-static vec3 beside_surface(const clast_shading_point *point, vec3 direction)
-{
-    float offset = dot3(point->geometric_normal, direction) < 0.0f ? -point->offset : point->offset;
-    return point->position + point->geometric_normal * offset;
-}
-
-// `direction` need not have unit length: t = 1 is its end.
-static clast_ray leave_surface(const clast_shading_point *point, vec3 direction, float t_max)
-{
-    vec3 o = beside_surface(point, direction);
-    return (clast_ray){{o[0], o[1], o[2]}, 0.0f, {direction[0], direction[1], direction[2]}, t_max};
-}
-
 // ------------------------------------------------------------------------------------------------------------- a bounce
 
 // A surface that a path reached, and how it scatters.
 typedef struct interaction {
-    clast_shading_point point;
+    clast_path_surface at;
     clast_bsdf bsdf;
-    vec3 view; // in the point's frame
+    vec3 view; // in the surface's frame
 } interaction;
+
+static clast_path_surface surface_of(const clast_shading_point *point)
+{
+    return (clast_path_surface){
+        .position = store3(point->position),
+        .geometric_normal = store3(point->geometric_normal),
+        .normal = store3(point->normal),
+        .offset = point->offset,
+        .frame = point->frame,
+    };
+}
 
 static interaction interact(const clast_render_target *target, const clast_path *path, const clast_shading_point *point)
 {
-    interaction at = {.point = *point};
-    at.view = to_basis(point->frame, path->direction * -1.0f);
-    at.view[2] = max1(at.view[2], 1e-6f);
-    at.bsdf = clast_scatter_make(target->scatter, point->material, &point->surface, path->alpha_floor, at.view);
-    return at;
+    interaction made = {.at = surface_of(point)};
+    made.view = path_view(made.at, path->direction);
+    made.bsdf = clast_scatter_make(target->scatter, point->material, &point->surface, path->alpha_floor, made.view);
+    return made;
 }
 
-// The scattered part of light from a direction (world space), times the cosine. What passes the surface comes from behind its
-// geometry too.
-static clast_brdf_answer scatter(const interaction *at, vec3 light)
+static clast_ray ray_of(packed3 origin, packed3 direction, float t_max)
 {
-    vec3 local = to_basis(at->point.frame, light);
-    float geometric = dot3(at->point.geometric_normal, light);
-    bool above = geometric > 0.0f && local[2] > 0.0f;
-    bool below = geometric < 0.0f && local[2] < 0.0f && at->bsdf.glass > 0.0f;
-    if (!above && !below) {
-        return (clast_brdf_answer){.density = 0.0f};
-    }
-    clast_brdf_answer answer = bsdf_evaluate(at->bsdf, at->view, local);
-    if (above) {
-        float fade = shadow_terminator(geometric, local[2], dot3(at->point.geometric_normal, at->point.normal));
-        answer.value = store3(load3(answer.value) * fade);
-    }
-    return answer;
+    const float *o = origin.v, *d = direction.v;
+    return (clast_ray){{o[0], o[1], o[2]}, 0.0f, {d[0], d[1], d[2]}, t_max};
 }
 
-// The shadow ray to a light, and what it brings where nothing is in between. False where it brings nothing.
-static bool connect_light(const clast_path *path, const interaction *at, const clast_light_sample *light,
-                          clast_ray *ray, vec3 *radiance)
+static clast_ray leave_surface(const clast_path_surface *at, vec3 direction, float t_max)
 {
-    if (!(light->density > 0.0f) || !(largest3(light->radiance) > 0.0f)) {
+    return ray_of(store3(beside_surface(*at, direction)), store3(direction), t_max);
+}
+
+// Chooses where the path goes on; false where it ends.
+static bool sample_direction(const clast_render_target *target, clast_path *path, const interaction *of,
+                             const clast_shading_point *point, uint32_t bounce)
+{
+    vec2 u = next_square(target, path->seed, bounce, PATH_USE_DIRECTION);
+    float lobe = next_square(target, path->seed, bounce, PATH_USE_CHOICE)[1];
+    bool softens = target->settings.fireflies == CLAST_FIREFLIES_SOFTENED;
+    clast_path_step step = path_step(of->at, of->bsdf, of->view, path->throughput, path->alpha_floor, softens, u, lobe);
+    if (!(step.density > 0.0f)) {
         return false;
     }
-    clast_brdf_answer answer = scatter(at, light->direction);
-    float weight = light->is_point ? 1.0f : mis_weight(light->density, answer.density);
-    *radiance = path->throughput * load3(answer.value) * light->radiance * (weight / light->density);
-    if (!(largest3(*radiance) > 0.0f)) {
-        return false;
-    }
-    if (light->is_distant) {
-        *ray = leave_surface(&at->point, light->direction, INFINITY);
-    } else {
-        vec3 origin = beside_surface(&at->point, light->direction);
-        *ray = leave_surface(&at->point, light->target - origin, 1.0f);
+    path->throughput = load3(step.throughput);
+    path->direction = load3(step.direction);
+    path->density = step.density;
+    path->alpha_floor = step.alpha_floor;
+    if (step.passes != 0) {
+        path->absorption = of->bsdf.thin != 0 || point->surface.inside != 0 ? splat3(0.0f) : point->absorption;
     }
     return true;
 }
 
-// Chooses where the path goes on; false where it ends.
-static bool sample_direction(const clast_render_target *target, clast_path *path, const interaction *at,
-                             uint32_t bounce)
-{
-    vec2 u = next_square(target, path->seed, bounce, USE_DIRECTION);
-    float lobe = next_square(target, path->seed, bounce, USE_CHOICE)[1];
-    clast_bsdf_sample chosen = bsdf_direction(at->bsdf, at->view, u, lobe);
-    vec3 local = load3(chosen.direction);
-    if (local[2] == 0.0f) {
-        return false;
-    }
-    vec3 direction = normalize3(from_basis(at->point.frame, local));
-    clast_brdf_answer answer = scatter(at, direction);
-    if (!(answer.density > 0.0f)) {
-        return false;
-    }
-    path->throughput = path->throughput * load3(answer.value) * (1.0f / answer.density);
-    path->direction = direction;
-    path->density = answer.density;
-    if (dot3(direction, at->point.geometric_normal) < 0.0f) { // through it
-        path->absorption = at->bsdf.thin != 0 || at->point.surface.inside != 0 ? splat3(0.0f) : at->point.absorption;
-    }
-    // Light that is focused by a sharp surface onto a dull one is found by rare chance; seen from dull surfaces, sharp ones
-    // are blurred (Kaplanyan and Dachsbacher, Path Space Regularization for Holistic and Robust Light Transport, 2013).
-    if (target->settings.fireflies == CLAST_FIREFLIES_SOFTENED) {
-        float width = chosen.diffuse != 0 ? DIFFUSE_WIDTH : GLOSSY_WIDTH * at->bsdf.base.alpha.v[1];
-        path->alpha_floor = max1(path->alpha_floor, width);
-    }
-    return largest3(path->throughput) > 0.0f;
-}
-
-// Paths that carry little end by chance; those that live carry the others' share.
+// Paths that carry little end by chance.
 static bool survives(const clast_render_target *target, clast_path *path, uint32_t bounce)
 {
-    float chance = largest3(path->throughput);
-    if (bounce == 0 || chance >= 1.0f) {
-        return true;
-    }
-    chance = max1(chance, 0.02f);
-    if (next_square(target, path->seed, bounce, USE_ROULETTE)[0] >= chance) {
+    float chance = path_survival(path->throughput, bounce);
+    if (chance < 1.0f && next_square(target, path->seed, bounce, PATH_USE_ROULETTE)[0] >= chance) {
         return false;
     }
     path->throughput = path->throughput * (1.0f / chance);
@@ -189,8 +122,7 @@ static void finish_path(const tile_job *job, const clast_path *path)
     clast_render_target *target = job->target;
     vec3 radiance = path->radiance;
     if (target->settings.fireflies == CLAST_FIREFLIES_CLAMPED) {
-        vec3 indirect = radiance - path->direct;
-        radiance = path->direct + indirect * min1(1.0f, INDIRECT_MOST / max1(largest3(indirect), INDIRECT_MOST));
+        radiance = clamp_indirect(radiance, path->direct);
     }
     if (!is_finite3(radiance)) {
         atomic_fetch_add_explicit(&target->rejected, 1, memory_order_relaxed);
@@ -239,29 +171,30 @@ static void add_emission(const tile_job *job, clast_path *path, const clast_visi
     path->radiance = path->radiance + path->throughput * point->emission * weight;
 }
 
-static void add_shadow(tile_job *job, uint32_t from, const interaction *at, const clast_light_sample *light)
+static void add_shadow(tile_job *job, uint32_t from, const interaction *of, const clast_light_sample *light)
 {
     clast_scratch *scratch = job->scratch;
-    uint32_t place = job->shadow_count;
-    const clast_path *path = &scratch->paths[from];
-    if (connect_light(path, at, light, &scratch->shadow_rays[place], &scratch->shadow_radiance[place])) {
+    clast_path_connection made = path_connect(of->at, of->bsdf, of->view, scratch->paths[from].throughput, *light);
+    if (largest3(load3(made.radiance)) > 0.0f) {
+        uint32_t place = job->shadow_count++;
+        scratch->shadow_rays[place] = ray_of(made.origin, made.direction, made.t_max);
+        scratch->shadow_radiance[place] = load3(made.radiance);
         scratch->shadow_paths[place] = from;
-        job->shadow_count++;
     }
 }
 
-static void sample_lights(tile_job *job, uint32_t from, const interaction *at, uint32_t bounce)
+static void sample_lights(tile_job *job, uint32_t from, const interaction *of, uint32_t bounce)
 {
     const clast_render_target *target = job->target;
     const clast_path *path = &job->scratch->paths[from];
-    vec2 u = next_square(target, path->seed, bounce, USE_LIGHT);
-    float choice = next_square(target, path->seed, bounce, USE_CHOICE)[0];
-    clast_light_sample light = clast_lights_sample(target->lights, &path->shares, at->point.position, choice, u);
-    add_shadow(job, from, at, &light);
+    vec2 u = next_square(target, path->seed, bounce, PATH_USE_LIGHT);
+    float choice = next_square(target, path->seed, bounce, PATH_USE_CHOICE)[0];
+    clast_light_sample light = clast_lights_sample(target->lights, &path->shares, load3(of->at.position), choice, u);
+    add_shadow(job, from, of, &light);
     if (path->shares.sun > 0.0f) {
         light = clast_lights_sample_sun(target->lights, &path->shares,
-                                        next_square(target, path->seed, bounce, USE_SUN));
-        add_shadow(job, from, at, &light);
+                                        next_square(target, path->seed, bounce, PATH_USE_SUN));
+        add_shadow(job, from, of, &light);
     }
 }
 
@@ -270,21 +203,14 @@ static bool scatter_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bou
 {
     clast_render_target *target = job->target;
     clast_path *path = &job->scratch->paths[from];
-    interaction at = interact(target, path, point);
+    interaction of = interact(target, path, point);
     path->shares = clast_lights_share(target->lights, point->position, point->geometric_normal, point->normal);
-    sample_lights(job, from, &at, bounce);
-    if (!sample_direction(target, path, &at, bounce) || !survives(target, path, bounce)) {
+    sample_lights(job, from, &of, bounce);
+    if (!sample_direction(target, path, &of, point, bounce) || !survives(target, path, bounce)) {
         return false;
     }
-    job->scratch->rays[to] = leave_surface(point, path->direction, INFINITY);
+    job->scratch->rays[to] = leave_surface(&of.at, path->direction, INFINITY);
     return true;
-}
-
-// Beer and Lambert's law.
-static vec3 passed_through(vec3 absorption, float distance)
-{
-    vec3 depth = absorption * distance;
-    return vec3(rough_exp(-depth[0]), rough_exp(-depth[1]), rough_exp(-depth[2]));
 }
 
 // Light that was scattered once is what shadow rays from the first surface bring, and what the first scattered ray meets.
@@ -300,14 +226,15 @@ static void add_openness(tile_job *job, uint32_t from, const clast_shading_point
 {
     clast_scratch *scratch = job->scratch;
     const clast_render_target *target = job->target;
-    vec2 u = next_square(target, scratch->paths[from].seed, 0, USE_DIRECTION);
+    vec2 u = next_square(target, scratch->paths[from].seed, 0, PATH_USE_DIRECTION);
     vec3 direction = from_basis(basis_around(point->normal), sample_cosine_hemisphere(u));
     if (dot3(direction, point->geometric_normal) <= 0.0f) {
         return;
     }
     float distance = target->settings.ao_distance > 0.0 ? (float)target->settings.ao_distance : INFINITY;
     uint32_t place = job->shadow_count++;
-    scratch->shadow_rays[place] = leave_surface(point, direction, distance);
+    clast_path_surface at = surface_of(point);
+    scratch->shadow_rays[place] = leave_surface(&at, direction, distance);
     scratch->shadow_radiance[place] = splat3(1.0f);
     scratch->shadow_paths[place] = from;
 }

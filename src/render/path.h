@@ -7,7 +7,7 @@
 #include "render/lights.h"
 #include "render/render.h"
 #include "render/surface.h"
-#include "shared/camera.h"
+#include "shared/path.h"
 
 enum {
     CLAST_TILE_WIDTH = 32,

@@ -32,18 +32,12 @@ float clast_sums_make(float *sums, uint32_t count)
 
 uint32_t clast_sums_find(const float *sums, uint32_t count, float u, float *rest)
 {
-    uint32_t low = 0, high = count; // sums[low] <= u < sums[high]
-    while (high - low > 1) {
-        uint32_t middle = low + (high - low) / 2;
-        if (sums[middle] <= u) {
-            low = middle;
-        } else {
-            high = middle;
-        }
+    clast_search search = search_between(0, count); // sums[low] <= u < sums[high]
+    while (search_goes_on(search)) {
+        search = search_step(search, !(sums[search_middle(search)] <= u));
     }
-    float width = sums[low + 1] - sums[low];
-    *rest = width > 0.0f ? clamp1((u - sums[low]) / width, 0.0f, 1.0f) : 0.5f;
-    return low;
+    *rest = place_between(sums[search.low], sums[search.low + 1], u);
+    return search.low;
 }
 
 // --------------------------------------------------------------------------------------------------------- radiance
@@ -115,11 +109,6 @@ static float cell_luminance(const clast_lights *lights, const clast_surroundings
     return (float)(sum / ((double)(right - left) * (bottom - top)));
 }
 
-static float row_area(uint32_t row, uint32_t height)
-{
-    return rough_cos(PI * (float)row / (float)height) - rough_cos(PI * (float)(row + 1) / (float)height);
-}
-
 static void cell_rows(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
@@ -160,7 +149,7 @@ clast_status clast_surroundings_create(clast_context *context, clast_lights *lig
     cell_job job = {lights, cells, means};
     clast_parallel_for(context, cells->height, 4, cell_rows, &job);
     for (uint32_t row = 0; row < cells->height; row++) {
-        float share = means[row] * row_area(row, cells->height);
+        float share = means[row] * cell_row_area(row, cells->height);
         cells->row_sums[row + 1] = share;
         if (2 * row + 1 < cells->height || cells->height == 1) {
             cells->upper += share;
@@ -179,32 +168,27 @@ void clast_surroundings_destroy(clast_context *context, clast_surroundings *surr
     clast_free(context, surroundings->cell_sums);
 }
 
-// By solid angle: even in azimuth and height within a cell.
-static float cell_density(const clast_surroundings *cells, uint32_t row, uint32_t column)
+static float density_in(const clast_surroundings *cells, clast_cell cell)
 {
-    const float *sums = cells->cell_sums + (size_t)row * (cells->width + 1);
-    float share = (cells->row_sums[row + 1] - cells->row_sums[row]) * (sums[column + 1] - sums[column]);
-    return share * (float)cells->width / (2.0f * PI * row_area(row, cells->height));
+    const float *sums = cells->cell_sums + (size_t)cell.row * (cells->width + 1);
+    float share = (cells->row_sums[cell.row + 1] - cells->row_sums[cell.row]) *
+                  (sums[cell.column + 1] - sums[cell.column]);
+    return cell_density(share, cell.row, cells->width, cells->height);
 }
 
 vec3 clast_surroundings_sample(const clast_surroundings *cells, vec2 u, float *density)
 {
     float across, down;
-    uint32_t row = clast_sums_find(cells->row_sums, cells->height, u[1], &down);
-    uint32_t column = clast_sums_find(cells->cell_sums + (size_t)row * (cells->width + 1), cells->width, u[0], &across);
-    *density = cell_density(cells, row, column);
-    float top = rough_cos(PI * (float)row / (float)cells->height),
-          bottom = rough_cos(PI * (float)(row + 1) / (float)cells->height);
-    float y = clamp1(mix1(top, bottom, down), -1.0f, 1.0f);
-    float azimuth = (((float)column + across) / (float)cells->width - 0.5f) * (2.0f * PI) - cells->rotation;
-    float level = rough_sqrt(max1(1.0f - y * y, 0.0f));
-    return vec3(level * rough_cos(azimuth), y, level * rough_sin(azimuth));
+    clast_cell cell;
+    cell.row = clast_sums_find(cells->row_sums, cells->height, u[1], &down);
+    const float *sums = cells->cell_sums + (size_t)cell.row * (cells->width + 1);
+    cell.column = clast_sums_find(sums, cells->width, u[0], &across);
+    *density = density_in(cells, cell);
+    return cell_direction(cell, vec2(across, down), cells->width, cells->height, cells->rotation);
 }
 
 float clast_surroundings_density(const clast_surroundings *cells, vec3 direction)
 {
     vec2 place = surroundings_place(direction, cells->rotation);
-    uint32_t column = min_uint(to_uint(place[0] * (float)cells->width), cells->width - 1);
-    uint32_t row = min_uint(to_uint(place[1] * (float)cells->height), cells->height - 1);
-    return cell_density(cells, row, column);
+    return density_in(cells, cell_of_place(place, cells->width, cells->height));
 }

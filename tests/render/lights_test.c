@@ -139,7 +139,7 @@ static void the_sky_and_its_sun_are_sampled_rightly(void **state)
     double irradiance = 0.0;
     for (uint32_t i = 0; i < 4096; i++) {
         clast_light_sample sun = clast_lights_sample_sun(lights, &shares, sample_square(i, 2));
-        irradiance += (double)(sun.radiance[1] / sun.density) / 4096.0;
+        irradiance += (double)(sun.radiance.v[1] / sun.density) / 4096.0;
     }
     assert_near(irradiance / (double)lights->sun_irradiance[1], 1.0, 0.02);
     clast_lights_destroy(p.context, lights);
