@@ -60,31 +60,38 @@ FN float height_level(float texels_squared, uint level_count)
     return floor1(level * to_float(HEIGHT_LEVEL_STEPS) + 0.5f) * power_of_two(119u); // over the steps, exactly
 }
 
-FN clast_height_levels height_levels(clast_height_map map, float level)
+FN clast_height_levels height_levels_of(uint level_count, float level)
 {
-    float within = clamp1(level, 0.0f, to_float(map.level_count - 1u));
+    float within = clamp1(level, 0.0f, to_float(level_count - 1u));
     float whole = floor1(within);
     clast_height_levels levels;
     levels.finer = to_uint(whole);
-    levels.coarser = min_uint(levels.finer + 1u, map.level_count - 1u);
+    levels.coarser = min_uint(levels.finer + 1u, level_count - 1u);
     levels.weight = within - whole;
     return levels;
 }
 
-// `wrapped` is in [0, 1] (wrap_coordinate). Texel centres lie at (i + 0.5) / size.
-FN clast_height_texels height_texels(clast_height_map map, vec2 wrapped, uint level)
+FN clast_height_levels height_levels(clast_height_map map, float level) { return height_levels_of(map.level_count, level); }
+
+// In a level of these sides that begins at `first`. `wrapped` is in [0, 1] (wrap_coordinate). Texel centres lie at
+// (i + 0.5) / size.
+FN clast_height_texels height_texels_in(uint first, uint width, uint height, vec2 wrapped)
 {
-    uint width = map.widths[level];
     float x = wrapped[0] * to_float(width) + 0.5f; // the border comes first
-    float y = wrapped[1] * to_float(map.heights[level]) + 0.5f;
+    float y = wrapped[1] * to_float(height) + 0.5f;
     float column = floor1(x);
     float row = floor1(y);
     clast_height_texels texels;
-    texels.upper = map.firsts[level] + to_uint(row) * (width + 2u) + to_uint(column);
+    texels.upper = first + to_uint(row) * (width + 2u) + to_uint(column);
     texels.lower = texels.upper + width + 2u;
     texels.across = x - column;
     texels.down = y - row;
     return texels;
+}
+
+FN clast_height_texels height_texels(clast_height_map map, vec2 wrapped, uint level)
+{
+    return height_texels_in(map.firsts[level], map.widths[level], map.heights[level], wrapped);
 }
 
 // Exactly `a` at 0, and where both are the same.

@@ -25,6 +25,16 @@ FN float stable_rsqrt(float x)
     return near * (1.5f - 0.5f * x * near * near);
 }
 
+// A vector of unit length to 2^-20; zero for one of no length, or that is not finite.
+FN vec3 stable_normalize3(vec3 v)
+{
+    float largest = largest3(vec3(abs1(v[0]), abs1(v[1]), abs1(v[2])));
+    uint exponent = floatBitsToUint(largest) >> 23u & 255u;
+    bool sound = largest > 0.0f && exponent > 0u && exponent < 255u;
+    vec3 scaled = v * power_of_two(max_uint(254u - min_uint(exponent, 253u), 1u)); // its largest is 1 to 4
+    return sound ? scaled * stable_rsqrt(dot3(scaled, scaled)) : splat3(0.0f);
+}
+
 // The binary logarithm, exact at powers of two, linear between them: continuous, never falling, at most 0.0861 too low. For
 // normal x > 0.
 FN float stable_log2(float x)

@@ -203,6 +203,13 @@ FN clast_rate_point rate_point(clast_rate_view view, vec3 position, vec3 normal)
 
 // --------------------------------------------------------------------------------------------------------------- edges
 
+RECORD(clast_rate_edge)
+{
+    uint ends;    // two points, 8 bits each; the rest is the user's own
+    float height; // of the middle, where the displacement's scale is 1
+};
+RECORD_SIZE(clast_rate_edge, 8)
+
 FN float min_of_three(float a, float b, float c) { return min1(min1(a, b), c); }
 
 // How far all of three points lie outside of a side of what is seen; negative within. `sign` is that of the side's axis.

@@ -20,14 +20,11 @@ static clast_status update(clast_unit *unit, const clast_geometry *geometry)
 // Where displacement goes in a pose: as cooked, or, where normals have moved, as far any way.
 static clast_box reach_in(const displaced_unit *unit, const clast_pose *pose)
 {
-    vec3 a = load3(unit->reach.lower) * pose->displacement_scale;
-    vec3 b = load3(unit->reach.upper) * pose->displacement_scale;
-    clast_box reach = {store3(min3(a, b)), store3(max3(a, b))};
-    if (pose->positions != NULL || pose->normals != NULL) {
-        float most = unit->height_most * abs1(pose->displacement_scale);
-        reach = (clast_box){store3(splat3(-most)), store3(splat3(most))};
+    if (pose->positions == NULL && pose->normals == NULL) {
+        return displaced_reach(unit->reach, pose->displacement_scale);
     }
-    return reach;
+    float most = unit->height_most * abs1(pose->displacement_scale);
+    return (clast_box){store3(splat3(-most)), store3(splat3(most))};
 }
 
 static clast_box bounds(const clast_unit *base, const clast_pose *pose)
@@ -38,15 +35,7 @@ static clast_box bounds(const clast_unit *base, const clast_pose *pose)
     }
     clast_box box = pose->positions != NULL || pose->normals != NULL ? clast_displaced_rest_box(unit, pose)
                                                                      : unit->rest;
-    clast_box reach = reach_in(unit, pose);
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        float lower = box.lower.v[axis], upper = box.upper.v[axis];
-        // some roundings of what is added up
-        float error = 4e-6f * (max1(abs1(lower), abs1(upper)) + abs1(reach.lower.v[axis]) + abs1(reach.upper.v[axis]));
-        box.lower.v[axis] = lower + reach.lower.v[axis] - error;
-        box.upper.v[axis] = upper + reach.upper.v[axis] + error;
-    }
-    return box;
+    return displaced_bounds(box, reach_in(unit, pose));
 }
 
 static bool same_pose(const clast_pose *a, const clast_pose *b)
@@ -78,28 +67,48 @@ static float deviation(const clast_unit *base, const clast_pose *pose)
 static uint32_t arrays(const clast_unit *base, clast_source_array list[CLAST_SOURCE_ARRAYS_MOST])
 {
     const displaced_unit *unit = clast_displaced_of(base);
-    const clast_mesh *mesh = &base->geometry->of.mesh;
-    const clast_source_array all[] = {
-        {"clusters", unit->clusters, base->item_count * sizeof *unit->clusters, 0},
-        {"triangles", unit->triangles, unit->triangle_count * sizeof *unit->triangles, 0},
-        {"mesh_triangles", unit->mesh_triangles, unit->triangle_count * sizeof *unit->mesh_triangles, 0},
-        {"vertex_numbers", unit->vertex_numbers, unit->corner_count * sizeof *unit->vertex_numbers, 0},
-        {"edges", unit->edges, unit->edge_count * sizeof *unit->edges, 0},
-        {"seams", unit->seams, unit->seam_count * sizeof *unit->seams, 0},
-        {"vertices", unit->vertices, unit->vertex_count * sizeof *unit->vertices, 0},
-        {"normals", unit->normals, unit->normal_count * sizeof *unit->normals, 0},
-        {"vertex_of", unit->vertex_of, mesh->vertex_count * sizeof *unit->vertex_of, 0},
-        {"gradients_0", unit->gradients[0], mesh->vertex_count * sizeof *unit->gradients[0], 0},
-        {"gradients_1", unit->gradients[1], mesh->vertex_count * sizeof *unit->gradients[1], 0},
-        {"maps", unit->maps, unit->map_count * sizeof *unit->maps, 0},
-    };
-    uint32_t count = 0;
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-        if (all[i].data != NULL && all[i].bytes != 0) {
-            list[count++] = all[i];
-        }
+    const clast_pattern_table *patterns = unit->patterns;
+    size_t items = base->item_count, mesh_vertices = base->geometry->of.mesh.vertex_count;
+    uint32_t first = clast_mesh_arrays(base, list), version = base->version;
+#define ARRAY(array, count) \
+    { \
+#array, unit->array, unit->array != NULL ? (count) * sizeof *unit->array : 0, version, 0 \
     }
-    return count;
+    const clast_source_array own[] = {
+        {"header", &unit->header, sizeof unit->header, version, 0},
+        ARRAY(clusters, items),
+        ARRAY(triangles, unit->triangle_count),
+        ARRAY(mesh_triangles, unit->triangle_count),
+        ARRAY(vertex_numbers, unit->corner_count),
+        ARRAY(edges, unit->edge_count),
+        ARRAY(seams, unit->seam_count),
+        ARRAY(vertices, unit->vertex_count + 1),
+        ARRAY(normals, unit->normal_count),
+        ARRAY(vertex_of, mesh_vertices),
+        ARRAY(gradients[0], mesh_vertices),
+        ARRAY(gradients[1], mesh_vertices),
+        ARRAY(map_records, unit->map_count),
+        ARRAY(map_of_material, unit->material_count),
+        {"patterns", patterns->patterns, PATTERN_COUNT * sizeof *patterns->patterns, 0, patterns->hash},
+        {"pattern_vertices", patterns->vertices, patterns->vertex_count * sizeof *patterns->vertices, 0,
+         patterns->hash + 1},
+        {"pattern_triangles", patterns->triangles, patterns->triangle_count * sizeof *patterns->triangles, 0,
+         patterns->hash + 2},
+    };
+#undef ARRAY
+    _Static_assert(MESH_ARRAYS + sizeof own / sizeof *own == DISPLACED_ARRAYS, "each array has its place");
+    memcpy(list + first, own, sizeof own);
+    return DISPLACED_ARRAYS;
+}
+
+static uint32_t height_count(const clast_unit *unit)
+{
+    return (uint32_t)clast_displaced_of(unit)->map_count;
+}
+
+static const clast_height *height(const clast_unit *unit, uint32_t number)
+{
+    return clast_displaced_of(unit)->maps[number].height;
 }
 
 static const packed3 *resident(const clast_unit *unit, const clast_cluster_record *record)
@@ -141,6 +150,8 @@ const clast_source CLAST_SOURCE_DISPLACED_TABLE = {
     .changed = changed,
     .deviation = deviation,
     .arrays = arrays,
+    .height_count = height_count,
+    .height = height,
     .count = clast_displaced_count,
     .emit = clast_displaced_emit,
     .fill = clast_displaced_fill,

@@ -9,77 +9,29 @@
 #define CLAST_SOURCE_DISPLACED_H
 
 #include "geometry/pattern.h"
-#include "shared/tessellation.h"
+#include "shared/displaced.h"
 #include "source/displace.h"
 #include "source/mesh.h"
 #include "source/rate.h"
 
-enum {
-    DISPLACED_EDGES = 3 * CLUSTER_TRIANGLES, // most edges of a cluster
-    DISPLACED_NO_SEAM = 0xffff,
-    DISPLACED_NO_MAP = 0,     // the first map moves nothing
-    DISPLACED_FACTORS = 4096, // numbers of pattern_factors()
-};
+enum { DISPLACED_FACTORS = 4096 }; // numbers of pattern_factors()
 
-// A displacement texture as a material uses it.
+// What is cooked are the records of shared/displaced.h.
+typedef clast_displaced_vertex displaced_vertex;
+typedef clast_displaced_normal_part displaced_normal;
+typedef clast_displaced_triangle displaced_triangle;
+typedef clast_rate_edge displaced_edge;
+typedef clast_displaced_seam displaced_seam;
+typedef clast_displaced_cluster displaced_cluster;
+typedef clast_displaced_gradient displaced_gradient;
+
+// A displacement texture as a material uses it: clast_displaced_map, with the texels.
 typedef struct displaced_map {
     const clast_height *height; // null for none
     float scale, offset;        // the height is value * scale + offset
     uint32_t coordinate_set;
     vec2 columns[2], moved; // coordinates of the map: columns[0] * u + columns[1] * v + moved
 } displaced_map;
-
-// A vertex of the welded mesh.
-typedef struct displaced_vertex {
-    uint32_t mesh_vertex; // the owner's corner
-    packed3 normal;       // at rest, of unit length or zero
-    packed2 coordinates;  // of its map
-    uint32_t map;
-    float height;          // at rest, where pose.displacement_scale is 1
-    float density_square;  // texels for each length: the least of its triangles
-    float shortest_square; // of its edges
-    uint32_t first_normal; // of what its normal is made of in a pose: up to the next vertex's; none: mesh_vertex's own
-} displaced_vertex;
-
-// What counts for a vertex's normal: a vertex of the mesh or, where that has no normals, a triangle.
-typedef struct displaced_normal {
-    uint32_t number;
-    float weight;
-} displaced_normal;
-
-// Of a cluster. Edge k goes from corner k to corner k + 1.
-typedef struct displaced_triangle {
-    uint32_t
-        corners; // vertices of the cluster, 8 bits each; above them 1 where it is plain: the owners' coordinates and map
-                 // are its own, all around
-    uint32_t
-        edges; // edges of the cluster, 9 bits each; above them a bit for each that it has in the edge's own direction
-} displaced_triangle;
-
-// Its ends are vertices of the cluster; above them stands its seam, counted from the cluster's first.
-typedef clast_rate_edge displaced_edge;
-
-// What the owner of an edge has at its two ends, where a triangle of the cluster has something else.
-typedef struct displaced_seam {
-    packed2 coordinates[2]; // of the map
-    uint32_t map;
-} displaced_seam;
-
-typedef struct displaced_cluster {
-    uint32_t first_triangle;
-    uint32_t triangle_count;
-    uint32_t first_vertex; // into vertex_numbers
-    uint32_t vertex_count;
-    uint32_t first_edge;
-    uint32_t edge_count;
-    uint32_t first_seam;
-    uint32_t template_index;
-} displaced_cluster;
-
-// How texture coordinates of a set grow along the surface at rest, at a vertex of the mesh.
-typedef struct displaced_gradient {
-    packed3 u, v;
-} displaced_gradient;
 
 typedef struct displaced_unit {
     clast_unit base;
@@ -103,41 +55,19 @@ typedef struct displaced_unit {
     uint32_t *vertex_of; // by the mesh's vertex: into vertices; CLAST_NONE where no triangle has it
     displaced_gradient *gradients[2];
     displaced_map *maps;
+    clast_displaced_map *map_records; // the same, for devices
     uint32_t *map_of_material;
     size_t triangle_count, corner_count, edge_count, seam_count, vertex_count, normal_count, map_count;
-    clast_box rest;    // of the undisplaced surface
-    clast_box reach;   // what displacement adds where pose.displacement_scale is 1
-    float height_most; // the largest height either way, then
+    size_t material_count;         // that map_of_material tells of
+    clast_box rest;                // of the undisplaced surface
+    clast_box reach;               // what displacement adds where pose.displacement_scale is 1
+    float height_most;             // the largest height either way, then
+    clast_displaced_header header; // of the above, once it is cooked
 } displaced_unit;
 
 static inline const displaced_unit *clast_displaced_of(const clast_unit *unit)
 {
     return (const displaced_unit *)unit;
-}
-
-static inline uint32_t displaced_corner(displaced_triangle triangle, uint32_t k)
-{
-    return triangle.corners >> 8 * k & 255;
-}
-
-static inline bool displaced_is_plain(displaced_triangle triangle)
-{
-    return triangle.corners >> 24 != 0;
-}
-
-static inline uint32_t displaced_edge_of(displaced_triangle triangle, uint32_t k)
-{
-    return triangle.edges >> 9 * k & 511;
-}
-
-static inline bool displaced_goes_along(displaced_triangle triangle, uint32_t k)
-{
-    return (triangle.edges >> (27 + k) & 1) != 0;
-}
-
-static inline uint32_t displaced_seam_of(displaced_edge edge)
-{
-    return edge.ends >> 16;
 }
 
 static inline const displaced_vertex *displaced_vertex_of(const displaced_unit *unit, const displaced_cluster *cluster,
@@ -247,8 +177,6 @@ void clast_displaced_split(const displaced_unit *unit, const clast_pose *pose, c
 
 // ----------------------------------------------------------------------------------------------------------- leaves
 
-// Words of an item: the levels of its cluster's vertices, two in a word, where it is displaced; then of each record how far
-// back these are, the words of its leaves, and five more for each of those that are split.
 typedef struct displaced_leaf {
     uint32_t triangle; // of the cluster
     uint32_t factors;  // pattern_factors()
@@ -256,16 +184,9 @@ typedef struct displaced_leaf {
     displaced_leaf_corner corners[3]; // where it is split
 } displaced_leaf;
 
-enum {
-    DISPLACED_LEAF_TRIANGLE_BITS = 8,
-    DISPLACED_LEAF_SPLIT_BIT = 20,
-    DISPLACED_LEAF_FIRST_BIT = 21, // its first triangle in the record, 8 bits
-    DISPLACED_SPLIT_WORDS = 5,
-};
-
 static inline uint32_t displaced_level_words(const displaced_unit *unit, const displaced_cluster *cluster)
 {
-    return unit->displaced ? (cluster->vertex_count + 1) / 2 : 0;
+    return displaced_words_of_levels(cluster->vertex_count, unit->displaced);
 }
 
 // The pattern of a leaf, and the place of its corner k among the leaf's corners: (k + rotation) % 3.

@@ -68,6 +68,7 @@ static clast_status make_maps(displaced_cook *cook, const clast_cook_job *job)
     clast_context *context = job->context;
     unit->maps = clast_allocate_zeroed(context, (size_t)unit->base.material_count + 1, sizeof *unit->maps);
     unit->map_of_material = clast_allocate_zeroed(context, job->scene->material_count, sizeof *unit->map_of_material);
+    unit->material_count = job->scene->material_count;
     if (unit->maps == NULL || unit->map_of_material == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
@@ -123,6 +124,7 @@ static void find_owners(displaced_cook *cook)
             displaced_vertex *vertex = &unit->vertices[unit->vertex_of[corner]];
             if (vertex->mesh_vertex == CLAST_NONE) {
                 vertex->mesh_vertex = corner;
+                vertex->position = clast_mesh_position(mesh, corner);
                 vertex->map = displaced_map_of(unit, triangle);
                 vertex->coordinates = store2(clast_displaced_coordinates(&unit->maps[vertex->map], mesh, corner));
             }
@@ -589,7 +591,35 @@ static void count_bytes(displaced_unit *unit)
                        unit->seam_count * sizeof *unit->seams + unit->vertex_count * sizeof *unit->vertices +
                        unit->normal_count * sizeof *unit->normals + mesh->vertex_count * sizeof *unit->vertex_of +
                        gradients * mesh->vertex_count * sizeof(displaced_gradient) +
-                       unit->map_count * sizeof *unit->maps + unit->base.material_count * sizeof(uint32_t);
+                       unit->map_count * (sizeof *unit->maps + sizeof *unit->map_records) +
+                       unit->material_count * sizeof *unit->map_of_material +
+                       unit->base.material_count * sizeof(uint32_t);
+}
+
+// What devices need of a unit beside its arrays.
+static clast_status make_records(displaced_unit *unit)
+{
+    unit->header = (clast_displaced_header){
+        .flags = (unit->curved ? DISPLACED_CURVED : 0) | (unit->closed ? DISPLACED_CLOSED : 0) |
+                 (unit->opaque ? DISPLACED_OPAQUE : 0) | (unit->displaced ? DISPLACED_MOVED : 0),
+        .first_pattern = unit->first_pattern,
+        .height_most = unit->height_most,
+        .rest = unit->rest,
+        .reach = unit->reach,
+    };
+    unit->map_records = clast_allocate(unit->base.context, unit->map_count, sizeof *unit->map_records);
+    for (size_t i = 0; unit->map_records != NULL && i < unit->map_count; i++) {
+        const displaced_map *map = &unit->maps[i];
+        unit->map_records[i] = (clast_displaced_map){
+            .is_there = map->height != NULL,
+            .scale = map->scale,
+            .offset = map->offset,
+            .coordinate_set = map->coordinate_set,
+            .columns = {store2(map->columns[0]), store2(map->columns[1])},
+            .moved = store2(map->moved),
+        };
+    }
+    return unit->map_records != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
 }
 
 // For cancelling between the stages of a mesh that takes seconds.
@@ -653,6 +683,7 @@ static clast_status cook_mesh(displaced_cook *cook, const clast_cook_job *job)
     clast_free(cook->context, ranges);
     status = status == CLAST_OK ? look_up(cook, 4) : status;
     status = status == CLAST_OK ? clast_displaced_cook_clusters(cook, job->templates) : status;
+    status = status == CLAST_OK ? make_records(unit) : status;
     return status;
 }
 
@@ -679,6 +710,7 @@ void clast_displaced_destroy(clast_unit *base)
     clast_free(context, unit->gradients[0]);
     clast_free(context, unit->gradients[1]);
     clast_free(context, unit->maps);
+    clast_free(context, unit->map_records);
     clast_free(context, unit->map_of_material);
     clast_free(context, unit);
 }

@@ -6,28 +6,22 @@
 
 vec3 clast_displaced_position(const displaced_unit *unit, const clast_pose *pose, const displaced_vertex *vertex)
 {
-    return pose->positions != NULL ? load3(pose->positions[vertex->mesh_vertex])
-                                   : load3(clast_mesh_position(&unit->base.geometry->of.mesh, vertex->mesh_vertex));
-}
-
-static vec3 unit_length(vec3 v)
-{
-    float largest = largest3(vec3(abs1(v[0]), abs1(v[1]), abs1(v[2])));
-    return largest > 0.0f && is_finite1(largest) ? normalize3(v * (1.0f / largest)) : splat3(0.0f);
+    (void)unit;
+    return load3(pose->positions != NULL ? pose->positions[vertex->mesh_vertex] : vertex->position);
 }
 
 static vec3 posed_triangle_normal(const clast_mesh *mesh, uint32_t triangle)
 {
     const uint32_t *vertices = mesh->indices + 3 * (size_t)triangle;
-    vec3 origin = load3(clast_mesh_position(mesh, vertices[0]));
-    return unit_length(cross3(load3(clast_mesh_position(mesh, vertices[1])) - origin,
-                              load3(clast_mesh_position(mesh, vertices[2])) - origin));
+    return displaced_triangle_normal(load3(clast_mesh_position(mesh, vertices[0])),
+                                     load3(clast_mesh_position(mesh, vertices[1])),
+                                     load3(clast_mesh_position(mesh, vertices[2])));
 }
 
 static vec3 posed_vertex_normal(const clast_mesh *mesh, uint32_t vertex)
 {
     const float *normal = mesh->normals + 3 * (size_t)vertex;
-    return unit_length(vec3(normal[0], normal[1], normal[2]));
+    return stable_normalize3(vec3(normal[0], normal[1], normal[2]));
 }
 
 vec3 clast_displaced_normal(const displaced_unit *unit, const clast_pose *pose, const displaced_vertex *vertex)
@@ -47,7 +41,7 @@ vec3 clast_displaced_normal(const displaced_unit *unit, const clast_pose *pose, 
         vec3 normal = by_vertex ? posed_vertex_normal(&mesh, part.number) : posed_triangle_normal(&mesh, part.number);
         sum += normal * part.weight;
     }
-    return unit_length(sum);
+    return stable_normalize3(sum);
 }
 
 clast_box clast_displaced_rest_box(const displaced_unit *unit, const clast_pose *pose)
@@ -127,8 +121,8 @@ displaced_site clast_displaced_site_within(const displaced_unit *unit, const dis
     const displaced_seam *seam = face->seams[edge];
     vec2 first = load2(seam->coordinates[face->along[edge] ? 0 : 1]);
     vec2 second = load2(seam->coordinates[face->along[edge] ? 1 : 0]);
-    vec2 sum = first * (float)at.of[edge] + second * (float)at.of[(edge + 1) % 3];
-    return (displaced_site){&unit->maps[seam->map], sum * power_of_two(112u)};
+    return (displaced_site){&unit->maps[seam->map],
+                            displaced_seam_blend(first, second, at.of[edge], at.of[(edge + 1) % 3])};
 }
 
 displaced_site clast_displaced_site(const displaced_unit *unit, const displaced_face *face, clast_weights at)
@@ -149,26 +143,11 @@ vec3 clast_displaced_base(const displaced_unit *unit, const displaced_face *face
 
 // ------------------------------------------------------------------------------------------------------------ rates
 
-static bool lies_within(const clast_box *box, vec3 point)
-{
-    bool within = true;
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        within = within && point[axis] >= box->lower.v[axis] && point[axis] <= box->upper.v[axis];
-    }
-    return within;
-}
-
-// What faces away is hidden where the surface is closed and opaque and the eye outside of it; of what moves the latter is not
-// known.
 clast_rate_view clast_displaced_rate_view(const displaced_unit *unit, const clast_pose *pose,
                                           const clast_source_view *view)
 {
-    bool faces = unit->closed && unit->opaque && pose->positions == NULL;
-    if (faces) {
-        clast_box box = clast_source_of(&unit->base)->bounds(&unit->base, pose);
-        faces = !lies_within(&box, load3(view->eye));
-    }
-    return rate_view(*view, faces ? 1u : 0u);
+    bool still = pose->positions == NULL && pose->normals == NULL;
+    return rate_view(*view, displaced_faces(unit->header, pose->displacement_scale, load3(view->eye), still));
 }
 
 // The last vertex again up to a whole number of lanes.
@@ -208,12 +187,6 @@ void clast_displaced_rates(const displaced_unit *unit, const clast_pose *pose, c
     kernels->edges(view, &edges, rates->factors);
 }
 
-static vec3 middle_of(const displaced_unit *unit, const vec3 p[2], const vec3 n[2])
-{
-    vec3 sum = p[0] + p[1];
-    return unit->curved ? sum * 0.125f + curved_edge_term(p[0], p[1], n[0], n[1], 0.5f, 0.5f) * 3.0f : sum * 0.5f;
-}
-
 float clast_displaced_wanted(const displaced_unit *unit, const clast_pose *pose, const clast_rate_view *view,
                              const displaced_cluster *cluster, uint32_t edge)
 {
@@ -227,6 +200,7 @@ float clast_displaced_wanted(const displaced_unit *unit, const clast_pose *pose,
         ends[k] = rate_point(*view, displaced_point(p[k], n[k], vertex->height * pose->displacement_scale), n[k]);
     }
     vec3 normal = (n[0] + n[1]) * 0.5f;
-    vec3 moved = displaced_point(middle_of(unit, p, n), normal, of.height * pose->displacement_scale);
+    vec3 moved = displaced_point(displaced_middle(p[0], p[1], n[0], n[1], unit->curved), normal,
+                                 of.height * pose->displacement_scale);
     return edge_wanted(*view, ends[0], rate_point(*view, moved, normal), ends[1]);
 }

@@ -4,7 +4,6 @@
 #include "source/displaced.h"
 
 enum {
-    SPLITS_DEEPEST = 24, // each split parts a triangle into halves at least: thousands of segments an edge take five
     CHILDREN_MOST = PATTERN_TRIANGLES,
     POINTS_MOST = PATTERN_VERTICES,
     EDGES_MOST = CHILDREN_MOST + POINTS_MOST, // Euler: one less than faces and vertices
@@ -182,17 +181,6 @@ static void find_factors(const split_job *job, const split_points *points, const
     }
 }
 
-// The edge of the triangle that two points lie on, as a place.
-static uint8_t place_of(clast_weights a, clast_weights b)
-{
-    uint8_t place = WEIGHTS_INSIDE;
-    for (uint32_t edge = 0; edge < 3; edge++) {
-        uint32_t opposite = (edge + 2) % 3;
-        place = a.of[opposite] == 0 && b.of[opposite] == 0 ? (uint8_t)(WEIGHTS_EDGE + edge) : place;
-    }
-    return place;
-}
-
 // Where owners differ, an edge inside is measured by what its triangle has, all along, and one at a seam by what the seam has. A
 // step beside a seam is no length: else it would be split without end.
 static void find_factors_by_owners(const split_job *job, const split_points *points, const edge_list *list,
@@ -210,7 +198,7 @@ static void find_factors_by_owners(const split_job *job, const split_points *poi
             at[2 * i] = a;
             at[2 * i + 1] = b;
             at[2 * count + i] = weights_of_middle(a, b);
-            places[2 * i] = places[2 * i + 1] = places[2 * count + i] = place_of(a, b);
+            places[2 * i] = places[2 * i + 1] = places[2 * count + i] = (uint8_t)displaced_place_between(a, b);
             apart[i] = weights_apart(a, b);
             ends[i] = (clast_rate_edge){2 * i | (2 * i + 1) << 8, 0.0f};
         }
@@ -328,7 +316,7 @@ void clast_displaced_split(const displaced_unit *unit, const clast_pose *pose, c
         .face = clast_displaced_face(unit, pose, cluster, triangle),
         .plain = displaced_is_plain(unit->triangles[cluster->first_triangle + triangle]),
     };
-    split stack[SPLITS_DEEPEST];
+    split stack[DISPLACED_SPLITS_DEEPEST];
     uint32_t depth = 1;
     split_part(&job, whole, &stack[0]);
     bool more = true;
@@ -338,7 +326,7 @@ void clast_displaced_split(const displaced_unit *unit, const clast_pose *pose, c
             continue;
         }
         displaced_part part = next_child(&stack[depth - 1]);
-        if (!is_small(part.factors) && depth < SPLITS_DEEPEST) {
+        if (!is_small(part.factors) && depth < DISPLACED_SPLITS_DEEPEST) {
             split_part(&job, &part, &stack[depth++]);
             continue;
         }

@@ -32,11 +32,6 @@ typedef struct clast_rate_site {
     _Alignas(64) float of[16];
 } clast_rate_site;
 
-typedef struct clast_rate_edge {
-    uint32_t ends; // two sites, 8 bits each; the rest is not looked at
-    float height;  // of the middle, where the displacement's scale is 1
-} clast_rate_edge;
-
 typedef struct clast_rate_edges {
     const clast_rate_site *sites;
     const clast_rate_edge *edges;
