@@ -15,6 +15,7 @@ package_is_there() {
     libturbojpeg0-dev) pkg-config --exists libturbojpeg ;;
     libopenexr-dev) pkg-config --exists OpenEXR ;;
     libwebp-dev) pkg-config --exists libwebp ;;
+    libvulkan-dev) pkg-config --exists vulkan ;;
     libzstd-dev) pkg-config --exists libzstd ;;
     libxxhash-dev) pkg-config --exists libxxhash ;;
     libcmocka-dev) pkg-config --exists cmocka ;;
@@ -64,6 +65,6 @@ prepare() {
 }
 
 build_packages='cmake ninja-build gcc g++ pkg-config libjansson-dev libpng-dev libturbojpeg0-dev libopenexr-dev libwebp-dev
-    libzstd-dev libxxhash-dev'
-test_packages='libcmocka-dev libembree-dev glslang-tools spirv-tools'
+    libzstd-dev libxxhash-dev libvulkan-dev glslang-tools spirv-tools'
+test_packages='libcmocka-dev libembree-dev vulkan-validationlayers libvulkan1'
 fuzz_packages='clang libclang-rt-dev'
