@@ -9,9 +9,22 @@
 // render/.
 typedef clast_status (*clast_pass_function)(clast_frame *frame, void *target);
 
+// What one of some units takes.
+typedef struct clast_unit_tally {
+    clast_frame_unit *unit;
+    clast_frame_need need;
+} clast_unit_tally;
+
+// Counts what units need at a rate, except bytes. With `keep`, these are all units that the pass emit may have to write at this
+// rate, and what each of their items needs is kept for it.
+typedef clast_status (*clast_count_function)(clast_frame *frame, clast_unit_tally *tallies, size_t count, float rate,
+                                             bool keep);
+
 typedef struct clast_backend {
     const char *name;
     clast_pass_function passes[CLAST_PASS_COUNT_];
+    clast_count_function count;         // null is the CPU's
+    void (*forget)(clast_frame *frame); // a pass failed: what was made is made anew; null where nothing is kept
 } clast_backend;
 
 // The CPU's passes up to CLAST_PASS_LIGHTS; render/ adds the rest (clast_render_cpu_backend).

@@ -263,6 +263,13 @@ static clast_status build_tree(clast_frame_unit *unit)
     return status == CLAST_OK ? clast_blas_build(unit->blas, NULL, unit->record_count, build) : status;
 }
 
+void clast_unit_note_made(clast_frame_unit *unit)
+{
+    unit->made = true;
+    unit->made_pose = unit->pose;
+    unit->made_view = unit->view;
+}
+
 clast_status clast_unit_build(clast_frame_unit *unit)
 {
     if (unit->change != CLAST_CHANGE_NOTHING && unit->record_count != 0) {
@@ -271,9 +278,7 @@ clast_status clast_unit_build(clast_frame_unit *unit)
             return status;
         }
     }
-    unit->made = true;
-    unit->made_pose = unit->pose;
-    unit->made_view = unit->view;
+    clast_unit_note_made(unit);
     return CLAST_OK;
 }
 

@@ -59,17 +59,15 @@ static uint64_t bytes_of(const clast_frame_unit *unit, const clast_frame_need *n
     return add_bytes(bytes, add_bytes(clast_clas_room_bytes(&room), clast_blas_memory(clusters)));
 }
 
-static clast_frame_need run_count(clast_frame *frame, count_job *job)
+static void run_count(clast_frame *frame, count_job *job, clast_frame_need *need)
 {
     size_t items = job->unit->unit->item_count;
     clast_parallel_for(frame->context, items, clast_frame_grain(items, ITEM_GRAIN), count_range, job);
-    clast_frame_need need = {.clusters = atomic_load(&job->sums[0]),
-                             .triangles = atomic_load(&job->sums[1]),
-                             .vertices = atomic_load(&job->sums[2]),
-                             .words = atomic_load(&job->sums[3]),
-                             .blocks = atomic_load(&job->sums[4])};
-    need.bytes = bytes_of(job->unit, &need);
-    return need;
+    *need = (clast_frame_need){.clusters = atomic_load(&job->sums[0]),
+                               .triangles = atomic_load(&job->sums[1]),
+                               .vertices = atomic_load(&job->sums[2]),
+                               .words = atomic_load(&job->sums[3]),
+                               .blocks = atomic_load(&job->sums[4])};
 }
 
 static clast_source_view view_at(const clast_frame_unit *unit, float rate)
@@ -96,6 +94,51 @@ clast_change clast_unit_change(const clast_frame *frame, const clast_frame_unit 
     return clast_source_of(unit->unit)->changed(unit->unit, &unit->made_pose, &unit->made_view, &unit->pose, &view);
 }
 
+// The CPU's clast_count_function, of one unit.
+static clast_status count_unit(clast_frame *frame, clast_unit_tally *tally, float rate, bool keep)
+{
+    clast_frame_unit *unit = tally->unit;
+    size_t items = unit->unit->item_count;
+    count_job job = {.unit = unit, .view = view_at(unit, rate)};
+    if (keep) {
+        clast_status status = CLAST_RESERVE(frame->context, unit->item_counts, unit->item_capacity, 3 * items);
+        if (status != CLAST_OK) {
+            return status;
+        }
+        job.clusters = unit->item_counts;
+        job.vertices = unit->item_counts + items;
+        job.words = unit->item_counts + 2 * items;
+    }
+    run_count(frame, &job, &tally->need);
+    return CLAST_OK;
+}
+
+static clast_status count_units(clast_frame *frame, clast_unit_tally *tallies, size_t count, float rate, bool keep)
+{
+    if (count == 0) {
+        return CLAST_OK;
+    }
+    clast_status status = CLAST_OK;
+    if (frame->backend != NULL && frame->backend->count != NULL) {
+        status = frame->backend->count(frame, tallies, count, rate, keep);
+    } else {
+        for (size_t i = 0; i < count && status == CLAST_OK; i++) {
+            status = count_unit(frame, &tallies[i], rate, keep);
+        }
+    }
+    for (size_t i = 0; i < count; i++) {
+        tallies[i].need.bytes = bytes_of(tallies[i].unit, &tallies[i].need);
+    }
+    return status;
+}
+
+static void note_count(clast_unit_tally *tally, float rate)
+{
+    tally->unit->counted_sum = tally->need;
+    tally->unit->counted_rate = rate;
+    tally->unit->counted = true;
+}
+
 clast_status clast_unit_count(clast_frame *frame, clast_frame_unit *unit, float rate, clast_frame_need *need)
 {
     if (clast_unit_change(frame, unit, rate) != CLAST_CHANGE_TOPOLOGY) {
@@ -103,32 +146,33 @@ clast_status clast_unit_count(clast_frame *frame, clast_frame_unit *unit, float 
         return CLAST_OK;
     }
     if (!unit->counted || unit->counted_rate != rate) {
-        size_t items = unit->unit->item_count;
-        clast_status status = CLAST_RESERVE(frame->context, unit->item_counts, unit->item_capacity, 3 * items);
+        clast_unit_tally tally = {.unit = unit};
+        clast_status status = count_unit(frame, &tally, rate, true);
         if (status != CLAST_OK) {
             return status;
         }
-        count_job job = {.unit = unit,
-                         .view = view_at(unit, rate),
-                         .clusters = unit->item_counts,
-                         .vertices = unit->item_counts + items,
-                         .words = unit->item_counts + 2 * items};
-        unit->counted_sum = run_count(frame, &job);
-        unit->counted_rate = rate;
-        unit->counted = true;
+        tally.need.bytes = bytes_of(unit, &tally.need);
+        note_count(&tally, rate);
     }
     *need = unit->counted_sum;
     return CLAST_OK;
 }
 
-clast_frame_need clast_unit_minimum(clast_frame *frame, clast_frame_unit *unit)
+clast_status clast_frame_find_minima(clast_frame *frame)
 {
-    if (!unit->minimum_known) {
-        count_job job = {.unit = unit, .view = view_at(unit, CLAST_RATE_LEAST)};
-        unit->minimum = run_count(frame, &job);
-        unit->minimum_known = true;
+    size_t count = 0;
+    clast_status status = CLAST_RESERVE(frame->context, frame->tallies, frame->tally_capacity, frame->unit_count);
+    for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
+        if (frame->units[i].used && !frame->units[i].minimum_known) {
+            frame->tallies[count++] = (clast_unit_tally){.unit = &frame->units[i]};
+        }
     }
-    return unit->minimum;
+    status = status == CLAST_OK ? count_units(frame, frame->tallies, count, CLAST_RATE_LEAST, false) : status;
+    for (size_t i = 0; i < count && status == CLAST_OK; i++) {
+        frame->tallies[i].unit->minimum = frame->tallies[i].need;
+        frame->tallies[i].unit->minimum_known = true;
+    }
+    return status;
 }
 
 void clast_frame_add_need(clast_frame_need *sum, const clast_frame_need *need)
@@ -148,15 +192,42 @@ clast_frame_need clast_frame_instance_need(const clast_frame *frame)
     return (clast_frame_need){.bytes = add_bytes(bytes, frame->occlude_bytes)};
 }
 
+// Lists the units that change their topology at a rate. What others were counted for is of no use. Gives whether all have
+// been counted at this rate already.
+static bool list_changing(clast_frame *frame, float rate, size_t *count)
+{
+    bool known = true;
+    *count = 0;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        clast_frame_unit *unit = &frame->units[i];
+        bool changes = unit->used && clast_unit_change(frame, unit, rate) == CLAST_CHANGE_TOPOLOGY;
+        unit->counted = unit->counted && changes && unit->counted_rate == rate;
+        if (changes) {
+            frame->tallies[(*count)++] = (clast_unit_tally){.unit = unit};
+            known = known && unit->counted;
+        }
+    }
+    return known;
+}
+
 clast_status clast_frame_count(clast_frame *frame, float rate, clast_frame_need *need)
 {
+    clast_status status = CLAST_RESERVE(frame->context, frame->tallies, frame->tally_capacity, frame->unit_count);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    size_t count = 0;
+    if (!list_changing(frame, rate, &count)) {
+        status = count_units(frame, frame->tallies, count, rate, true);
+        for (size_t i = 0; i < count && status == CLAST_OK; i++) {
+            note_count(&frame->tallies[i], rate);
+        }
+    }
     *need = clast_frame_instance_need(frame);
-    clast_status status = CLAST_OK;
     for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
-        if (frame->units[i].used) {
-            clast_frame_need unit = {0};
-            status = clast_unit_count(frame, &frame->units[i], rate, &unit);
-            clast_frame_add_need(need, &unit);
+        clast_frame_unit *unit = &frame->units[i];
+        if (unit->used) {
+            clast_frame_add_need(need, unit->counted ? &unit->counted_sum : &unit->sum);
         }
     }
     return status;

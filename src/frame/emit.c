@@ -95,26 +95,31 @@ clast_status clast_unit_emit(clast_frame *frame, clast_frame_unit *unit)
     return CLAST_OK;
 }
 
-clast_status clast_cpu_emit(clast_frame *frame, void *target)
+void clast_frame_sum_up(clast_frame *frame)
 {
-    (void)target;
     frame->clusters = 0;
     frame->vertices = 0;
     for (size_t i = 0; i < frame->unit_count; i++) {
-        clast_frame_unit *unit = &frame->units[i];
-        if (!unit->used) {
-            continue;
+        if (frame->units[i].used) {
+            frame->clusters += frame->units[i].record_count;
+            frame->vertices += frame->units[i].cluster_vertices;
         }
-        clast_status status = clast_unit_emit(frame, unit);
-        if (status != CLAST_OK) {
-            return status;
-        }
-        frame->clusters += unit->record_count;
-        frame->vertices += unit->cluster_vertices;
     }
     frame->instanced_triangles = 0;
     for (size_t i = 0; i < frame->instance_count; i++) {
         frame->instanced_triangles += frame->units[frame->instances[i].unit].sum.triangles;
     }
-    return CLAST_OK;
+}
+
+clast_status clast_cpu_emit(clast_frame *frame, void *target)
+{
+    (void)target;
+    clast_status status = CLAST_OK;
+    for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
+        status = frame->units[i].used ? clast_unit_emit(frame, &frame->units[i]) : CLAST_OK;
+    }
+    if (status == CLAST_OK) {
+        clast_frame_sum_up(frame);
+    }
+    return status;
 }

@@ -147,11 +147,14 @@ clast_status clast_frame_check_minimum(clast_frame *frame)
 {
     budget budgets[BUDGETS];
     list_budgets(&frame->settings, budgets);
+    clast_status status = clast_frame_find_minima(frame);
+    if (status != CLAST_OK) {
+        return status;
+    }
     frame->minimum = clast_frame_instance_need(frame);
     for (size_t i = 0; i < frame->unit_count; i++) {
         if (frame->units[i].used) {
-            clast_frame_need unit = clast_unit_minimum(frame, &frame->units[i]);
-            clast_frame_add_need(&frame->minimum, &unit);
+            clast_frame_add_need(&frame->minimum, &frame->units[i].minimum);
         }
     }
     const budget *broken = broken_budget(budgets, &frame->minimum);
@@ -195,6 +198,7 @@ clast_status clast_cpu_fit(clast_frame *frame, void *target)
     frame->bound = broken != NULL ? broken->bound : CLAST_BOUND_NONE;
     clast_status status = broken != NULL ? find_step(&search, &step) : CLAST_OK;
     frame->fitted_rate = clast_frame_rate_step(step);
+    status = status == CLAST_OK ? clast_frame_count(frame, rate_at(frame, step), &search.need) : status;
     frame->granted = clast_frame_instance_need(frame);
     for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
         if (frame->units[i].used) {

@@ -57,6 +57,7 @@ void clast_frame_destroy(clast_frame *frame)
     clast_free(context, frame->emitters);
     clast_free(context, frame->clas_inputs);
     clast_free(context, frame->tlas_instances);
+    clast_free(context, frame->tallies);
     clast_free(context, frame);
 }
 
@@ -90,6 +91,9 @@ static void forget(clast_frame *frame)
 {
     clast_tlas_build(frame->tlas, NULL, 0, CLAST_BUILD_BEST);
     clast_frame_free_coarse(frame);
+    if (frame->backend->forget != NULL) {
+        frame->backend->forget(frame);
+    }
     frame->instance_count = 0;
     frame->frame_instance_of_count = 0;
     frame->emitter_count = 0;
@@ -101,6 +105,7 @@ static void forget(clast_frame *frame)
 clast_status clast_frame_run(clast_frame *frame, const clast_backend *backend, clast_pass first, clast_pass last,
                              void *target)
 {
+    frame->backend = backend;
     if (first == CLAST_PASS_ANIMATE) {
         for (uint32_t pass = 0; pass < CLAST_PASS_COUNT_; pass++) {
             frame->milliseconds[pass] = 0.0;
@@ -131,7 +136,8 @@ clast_frame_bytes clast_unit_bytes(const clast_frame_unit *unit)
 
 clast_frame_bytes clast_frame_count_bytes(const clast_frame *frame)
 {
-    clast_frame_bytes bytes = {.tlas = clast_tlas_bytes(frame->tlas)};
+    clast_frame_bytes bytes = frame->device_bytes;
+    bytes.tlas += clast_tlas_bytes(frame->tlas);
     for (size_t i = 0; i < frame->unit_count; i++) {
         clast_frame_bytes unit = clast_unit_bytes(&frame->units[i]);
         bytes.records += unit.records;

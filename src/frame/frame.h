@@ -88,12 +88,23 @@ typedef struct clast_frame_settings {
     uint32_t seed;
 } clast_frame_settings;
 
+// The bytes of what the frame's units hold.
+typedef struct clast_frame_bytes {
+    uint64_t records, vertices, clas, blas, tlas;
+} clast_frame_bytes;
+
+struct clast_backend;
+struct clast_unit_tally;
+
 typedef struct clast_frame {
     clast_context *context;
     clast_scene *scene;
     clast_cooked *cooked;
     clast_frame_settings settings;
-    clast_frame_unit *units; // by geometry number
+    const struct clast_backend *backend; // that runs passes now, or did last
+    void *device;                   // what that keeps of the frame, where it is not the CPU's: the backend's maker's
+    clast_frame_bytes device_bytes; // and how much that is
+    clast_frame_unit *units;        // by geometry number
     size_t unit_count, unit_capacity;
     clast_frame_instance *instances;
     size_t instance_count, instance_capacity;
@@ -119,12 +130,13 @@ typedef struct clast_frame {
     size_t clas_input_capacity;
     clast_tlas_instance *tlas_instances; // scratch
     size_t tlas_instance_capacity;
+    struct clast_unit_tally *tallies; // scratch
+    size_t tally_capacity;
 } clast_frame;
 
 clast_status clast_frame_create(clast_scene *scene, clast_cooked *cooked, clast_frame **frame);
 void clast_frame_destroy(clast_frame *frame);
 
-struct clast_backend;
 // Runs passes first..last (clast_pass) in order on a backend and times each. `target` goes to the passes of render/.
 // Where a pass fails, what was made is made anew by the next run, and rays hit nothing until then.
 clast_status clast_frame_run(clast_frame *frame, const struct clast_backend *backend, clast_pass first, clast_pass last,
@@ -134,10 +146,6 @@ clast_status clast_frame_run(clast_frame *frame, const struct clast_backend *bac
 enum { CLAST_FRAME_LAST_RATE_STEP = 20 * RATE_STEPS };
 float clast_frame_rate_step(uint32_t step);
 
-// The bytes of what the frame's units hold.
-typedef struct clast_frame_bytes {
-    uint64_t records, vertices, clas, blas, tlas;
-} clast_frame_bytes;
 clast_frame_bytes clast_frame_count_bytes(const clast_frame *frame);
 clast_frame_bytes clast_unit_bytes(const clast_frame_unit *unit); // no TLAS
 

@@ -344,12 +344,13 @@ clast_status clast_cpu_occlude(clast_frame *frame, void *target)
         return CLAST_OK;
     }
     clast_status status = begin_depths(frame);
+    status = status == CLAST_OK ? clast_frame_find_minima(frame) : status;
     frame->occlude_bytes = clast_tlas_memory(frame->instance_count) +
                            frame->pyramid.capacity * sizeof *frame->pyramid.depths;
     for (size_t i = 0; i < frame->unit_count; i++) {
         clast_frame_unit *unit = &frame->units[i];
         bool twin = unit->used && clast_source_of(unit->unit)->adapts;
-        frame->occlude_bytes += twin ? clast_unit_minimum(frame, unit).bytes : 0;
+        frame->occlude_bytes += twin ? unit->minimum.bytes : 0;
     }
     status = status == CLAST_OK ? clast_frame_check_minimum(frame) : status;
     status = status == CLAST_OK ? make_scene(frame) : status;

@@ -16,14 +16,15 @@ static inline size_t clast_frame_grain(size_t count, size_t most)
 clast_change clast_unit_change(const clast_frame *frame, const clast_frame_unit *unit, float rate);
 // What the unit needs at a rate. Units whose records stay as they are need not be asked; others keep what each item needs.
 clast_status clast_unit_count(clast_frame *frame, clast_frame_unit *unit, float rate, clast_frame_need *need);
-clast_frame_need clast_unit_minimum(clast_frame *frame, clast_frame_unit *unit);
+// Finds what each used unit needs at the least.
+clast_status clast_frame_find_minima(clast_frame *frame);
 // What all used units need at a rate, and the instances.
 clast_status clast_frame_count(clast_frame *frame, float rate, clast_frame_need *need);
 clast_frame_need clast_frame_instance_need(const clast_frame *frame);
 void clast_frame_add_need(clast_frame_need *sum, const clast_frame_need *need);
 // Finds the minimum of the frame, and refuses budgets below it (fit.c).
 clast_status clast_frame_check_minimum(clast_frame *frame);
-// Decides that the unit has this rate in this frame.
+// Decides that the unit has this rate in this frame. Units of the frame have been counted at it.
 clast_status clast_unit_settle(clast_frame *frame, clast_frame_unit *unit, float rate);
 // Writes the records of a unit whose topology changes (emit.c).
 clast_status clast_unit_emit(clast_frame *frame, clast_frame_unit *unit);
@@ -34,6 +35,10 @@ clast_status clast_unit_fill(clast_frame *frame, clast_frame_unit *unit, double 
 clast_status clast_unit_refit(clast_frame *frame, clast_frame_unit *unit);
 // Builds the tree. What the passes before made is known from now on.
 clast_status clast_unit_build(clast_frame_unit *unit);
+// The same, of a unit whose tree is somewhere else.
+void clast_unit_note_made(clast_frame_unit *unit);
+// Adds up what the frame's units and instances have come to (emit.c).
+void clast_frame_sum_up(clast_frame *frame);
 // Frees all that was made of a unit.
 void clast_unit_free(clast_context *context, clast_frame_unit *unit);
 
