@@ -62,7 +62,8 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL take_message(VkDebugUtilsMessageSeverityFl
 {
     (void)severity;
     clast_gpu *gpu = user;
-    if ((types & (VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT)) != 0) {
+    if ((types & (VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT)) !=
+        0) {
         gpu->validation_messages++;
         clast_log(gpu->context, CLAST_LOG_WARNING, "vulkan validation: %s", data->pMessage);
     }
@@ -123,16 +124,16 @@ static clast_status create_instance(clast_gpu *gpu)
     VkValidationFeaturesEXT validation = {.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
                                           .enabledValidationFeatureCount = 1,
                                           .pEnabledValidationFeatures = checks};
-    bool synchronisation =
-        gpu->desc.validate && instance_has(gpu, validation_layer, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+    bool synchronisation = gpu->desc.validate &&
+                           instance_has(gpu, validation_layer, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
     if (synchronisation) {
         extensions[extension_count++] = VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME;
     }
-    VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                     .pEngineName = "clast",
-                                     .engineVersion = VK_MAKE_API_VERSION(0, CLAST_VERSION_MAJOR, CLAST_VERSION_MINOR,
-                                                                          CLAST_VERSION_PATCH),
-                                     .apiVersion = VK_API_VERSION_1_3};
+    VkApplicationInfo application = {
+        .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+        .pEngineName = "clast",
+        .engineVersion = VK_MAKE_API_VERSION(0, CLAST_VERSION_MAJOR, CLAST_VERSION_MINOR, CLAST_VERSION_PATCH),
+        .apiVersion = VK_API_VERSION_1_3};
     VkInstanceCreateInfo create = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
                                    .pNext = synchronisation ? &validation : NULL,
                                    .pApplicationInfo = &application,
@@ -149,13 +150,12 @@ static clast_status listen(clast_gpu *gpu)
     if (!gpu->desc.validate || gpu->vk.vkCreateDebugUtilsMessengerEXT == NULL) {
         return CLAST_OK;
     }
-    VkDebugUtilsMessengerCreateInfoEXT create = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity =
-            VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = take_message,
-        .pUserData = gpu};
+    VkDebugUtilsMessengerCreateInfoEXT create = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+                                                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                                                    VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                                                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                                                 .pfnUserCallback = take_message,
+                                                 .pUserData = gpu};
     VkResult result = gpu->vk.vkCreateDebugUtilsMessengerEXT(gpu->instance, &create, NULL, &gpu->messenger);
     return result == VK_SUCCESS ? CLAST_OK : clast_gpu_fail(gpu, result, "listening to the validation layer");
 }
@@ -491,7 +491,8 @@ static clast_status end_creation(clast_gpu *made, clast_status status, clast_gpu
         clast_gpu_destroy(made);
         return status;
     }
-    clast_log(made->context, CLAST_LOG_INFORMATION, "vulkan: using %s (%s)", made->features.name, made->features.driver);
+    clast_log(made->context, CLAST_LOG_INFORMATION, "vulkan: using %s (%s)", made->features.name,
+              made->features.driver);
     *gpu = made;
     return CLAST_OK;
 }

@@ -114,7 +114,7 @@ struct clast_gpu_commands {
     VkQueryPool queries;
     bool is_recording, is_labelled;
     clast_status status;
-    uint64_t ticket; // of the last submission
+    uint64_t ticket;               // of the last submission
     clast_gpu_staging *staging[2]; // by direction: to the device, from the device
     size_t staging_count[2], staging_capacity[2];
     uint64_t staged[2]; // bytes since it was last emptied

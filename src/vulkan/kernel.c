@@ -13,8 +13,8 @@ static VkResult make_set(clast_gpu *gpu)
                                             .descriptorType = VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE,
                                             .descriptorCount = gpu->features.textures,
                                             .stageFlags = VK_SHADER_STAGE_ALL};
-    VkDescriptorBindingFlags flag =
-        VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT | VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT;
+    VkDescriptorBindingFlags flag = VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT |
+                                    VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT;
     VkDescriptorSetLayoutBindingFlagsCreateInfo flags = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_BINDING_FLAGS_CREATE_INFO,
         .bindingCount = 1,
@@ -243,8 +243,8 @@ clast_status clast_gpu_kernel_of(clast_gpu *gpu, const clast_gpu_call *call, VkP
     if (subgroup != 0 && !features->subgroup_control && subgroup == features->subgroup_most) {
         subgroup = 0;
     }
-    if (subgroup != 0 && (!features->subgroup_control || subgroup < features->subgroup_least ||
-                          subgroup > features->subgroup_most)) {
+    if (subgroup != 0 &&
+        (!features->subgroup_control || subgroup < features->subgroup_least || subgroup > features->subgroup_most)) {
         return clast_fail(gpu->context, CLAST_ERROR_UNSUPPORTED,
                           "vulkan: subgroups of %u were asked for; the device has %u to %u", subgroup,
                           features->subgroup_least, features->subgroup_most);

@@ -18,8 +18,8 @@ clast_status clast_gpu_open_loader(clast_gpu *gpu)
                           "vulkan: there is no loader (%s) on this machine; it comes with the package libvulkan1",
                           loader_names[0]);
     }
-    gpu->vk.vkGetInstanceProcAddr =
-        (PFN_vkGetInstanceProcAddr)clast_library_find(gpu->library, "vkGetInstanceProcAddr");
+    gpu->vk.vkGetInstanceProcAddr = (PFN_vkGetInstanceProcAddr)clast_library_find(gpu->library,
+                                                                                  "vkGetInstanceProcAddr");
     if (gpu->vk.vkGetInstanceProcAddr == NULL) {
         return clast_fail(gpu->context, CLAST_ERROR_DEVICE, "vulkan: the loader has no vkGetInstanceProcAddr");
     }

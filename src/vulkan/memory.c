@@ -81,8 +81,7 @@ static VkResult make_buffer(clast_gpu *gpu, clast_gpu_block *block, uint32_t *ty
                                VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
     if (gpu->features.ray_tracing) {
         usage |= VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                 VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
-                 VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR;
+                 VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR | VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR;
     }
     VkBufferCreateInfo create = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = block->bytes, .usage = usage};
     VkResult result = gpu->vk.vkCreateBuffer(gpu->device, &create, NULL, &block->buffer);
@@ -300,8 +299,8 @@ clast_status clast_gpu_allocate(clast_gpu *gpu, clast_gpu_memory memory, uint64_
     clast_gpu_block *block;
     uint64_t offset;
     uint64_t taken = round_up(bytes, buffer_alignment);
-    clast_status status =
-        clast_gpu_take(gpu, memory, false, UINT32_MAX, taken, buffer_alignment, name, &block, &offset);
+    clast_status status = clast_gpu_take(gpu, memory, false, UINT32_MAX, taken, buffer_alignment, name, &block,
+                                         &offset);
     if (status != CLAST_OK) {
         return status;
     }

@@ -25,8 +25,7 @@ static clast_status take_number(clast_gpu *gpu, const char *name, uint32_t *numb
     // room in the list of free numbers is made now, so that freeing needs no memory
     clast_status status = CLAST_RESERVE(gpu->context, gpu->pictures, gpu->picture_capacity, gpu->picture_count + 1);
     if (status == CLAST_OK) {
-        status =
-            CLAST_RESERVE(gpu->context, gpu->free_numbers, gpu->free_number_capacity, gpu->picture_count + 1);
+        status = CLAST_RESERVE(gpu->context, gpu->free_numbers, gpu->free_number_capacity, gpu->picture_count + 1);
     }
     if (status == CLAST_OK) {
         *number = (uint32_t)gpu->picture_count++;
@@ -50,8 +49,7 @@ static VkResult make_image(clast_gpu *gpu, const clast_gpu_texture_desc *desc, c
 
 static VkResult make_view(clast_gpu *gpu, const clast_gpu_texture_desc *desc, clast_gpu_picture *picture)
 {
-    VkResult result =
-        gpu->vk.vkBindImageMemory(gpu->device, picture->image, picture->block->memory, picture->offset);
+    VkResult result = gpu->vk.vkBindImageMemory(gpu->device, picture->image, picture->block->memory, picture->offset);
     if (result != VK_SUCCESS) {
         return result;
     }
@@ -85,8 +83,8 @@ static clast_status fill_picture(clast_gpu *gpu, const clast_gpu_texture_desc *d
     }
     VkMemoryRequirements needs;
     gpu->vk.vkGetImageMemoryRequirements(gpu->device, picture->image, &needs);
-    clast_status status = clast_gpu_take(gpu, CLAST_GPU_DEVICE, true, needs.memoryTypeBits, needs.size,
-                                         needs.alignment, desc->name, &picture->block, &picture->offset);
+    clast_status status = clast_gpu_take(gpu, CLAST_GPU_DEVICE, true, needs.memoryTypeBits, needs.size, needs.alignment,
+                                         desc->name, &picture->block, &picture->offset);
     if (status != CLAST_OK) {
         return status;
     }
@@ -198,8 +196,8 @@ void clast_gpu_texture_write(clast_gpu_commands *commands, clast_gpu_texture tex
     VkBufferImageCopy region = {.bufferOffset = piece.offset,
                                 .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, level, 0, 1},
                                 .imageExtent = {width != 0 ? width : 1, height != 0 ? height : 1, 1}};
-    gpu->vk.vkCmdCopyBufferToImage(commands->buffer, piece.handle, picture->image,
-                                   VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+    gpu->vk.vkCmdCopyBufferToImage(commands->buffer, piece.handle, picture->image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                                   1, &region);
     change_layout(commands, picture->image, level, false);
 }
 

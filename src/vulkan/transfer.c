@@ -4,17 +4,17 @@
 
 #include <string.h>
 
-static const uint64_t staging_bytes = (uint64_t)8 << 20;   // of a staging buffer, unless a piece is larger
-static const uint64_t piece_bytes = (uint64_t)64 << 20;    // that a copy goes through at a time
-static const uint64_t staged_most = (uint64_t)256 << 20;   // before what was recorded is run
-enum { PIECE_ALIGNMENT = 16 }; // texels of any format
+static const uint64_t staging_bytes = (uint64_t)8 << 20; // of a staging buffer, unless a piece is larger
+static const uint64_t piece_bytes = (uint64_t)64 << 20;  // that a copy goes through at a time
+static const uint64_t staged_most = (uint64_t)256 << 20; // before what was recorded is run
+enum { PIECE_ALIGNMENT = 16 };                           // texels of any format
 
 static bool add_staging(clast_gpu_commands *commands, int direction, uint64_t bytes)
 {
     clast_gpu *gpu = commands->gpu;
     size_t count = commands->staging_count[direction];
-    clast_status status =
-        CLAST_RESERVE(gpu->context, commands->staging[direction], commands->staging_capacity[direction], count + 1);
+    clast_status status = CLAST_RESERVE(gpu->context, commands->staging[direction],
+                                        commands->staging_capacity[direction], count + 1);
     if (status == CLAST_OK) {
         clast_gpu_staging *added = &commands->staging[direction][count];
         added->used = 0;
@@ -144,8 +144,8 @@ void clast_gpu_read(clast_gpu_commands *commands, const clast_gpu_buffer *buffer
             return;
         }
         copy(commands, &piece, 0, buffer, offset + done, length);
-        commands->deliveries[commands->delivery_count++] =
-            (clast_gpu_delivery){(char *)to + done, piece.mapped, length};
+        commands->deliveries[commands->delivery_count++] = (clast_gpu_delivery){(char *)to + done, piece.mapped,
+                                                                                length};
         done += length;
     }
 }

@@ -77,7 +77,8 @@ static void buffers_do_not_overlap_and_are_used_again(void **state)
                 clast_gpu_free(device.gpu, &buffers[i]);
             } else if (buffers[i].bytes == 0) {
                 uint64_t bytes = (seed >> 40) % 300000;
-                assert_ok(device.context, clast_gpu_allocate(device.gpu, CLAST_GPU_UPLOAD, bytes, "piece", &buffers[i]));
+                assert_ok(device.context,
+                          clast_gpu_allocate(device.gpu, CLAST_GPU_UPLOAD, bytes, "piece", &buffers[i]));
                 assert_int_equal(buffers[i].address % 256, 0);
                 memset(buffers[i].mapped, i, buffers[i].bytes);
             }
