@@ -105,7 +105,8 @@ RECORD(clast_device_template)
 };
 RECORD_SIZE(clast_device_template, 16)
 
-// Of 1 to 128 pairs, in leaves of 2^shift: at most 64 leaves.
+// Of 1 to 128 pairs, in leaves of 2^shift: at most 64 leaves. With CLUSTER_UNSOUND, there may be triangles that are not sound.
+LIMIT(CLUSTER_UNSOUND, 1024u, "a bit of a cluster's counts")
 FN uint cluster_counts(uint pairs, uint shift) { return pairs | shift << 8u; }
 FN uint cluster_pairs(uint counts) { return counts & 255u; }
 FN uint cluster_shift(uint counts) { return counts >> 8u & 3u; }
@@ -146,7 +147,7 @@ RECORD(clast_cluster_head)
     packed_address vertices; // packed3
     packed_address pairs;
     uint cluster; // its number in the unit, as hits tell it
-    uint counts;  // cluster_counts()
+    uint counts;  // cluster_counts(), perhaps with CLUSTER_UNSOUND
     uint orders[5]; // of nodes, 16 bits each
     uint unused;
 };
