@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// Images brought into formats that devices read. Integers stay as they are: kernels make of them what the processor does.
+#include "vulkan/pictures.h"
+
+#include "base/size.h"
+#include "base/thread.h"
+
+enum { GRAIN_TEXELS = 1 << 16 };
+
+// How an image lies on the device.
+typedef struct picture_layout {
+    VkFormat format;
+    clast_pixel_type type;
+    uint32_t channels;
+    size_t texel; // bytes
+} picture_layout;
+
+static const VkFormat formats[3][3] = {
+    // by type; of one, two, and four channels
+    [CLAST_PIXEL_UNORM8] = {VK_FORMAT_R8_UNORM, VK_FORMAT_R8G8_UNORM, VK_FORMAT_R8G8B8A8_UNORM},
+    [CLAST_PIXEL_UNORM16] = {VK_FORMAT_R16_UNORM, VK_FORMAT_R16G16_UNORM, VK_FORMAT_R16G16B16A16_UNORM},
+    [CLAST_PIXEL_FLOAT] = {VK_FORMAT_R32_SFLOAT, VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT},
+};
+
+static size_t element_bytes(clast_pixel_type type)
+{
+    return type == CLAST_PIXEL_UNORM8 ? 1 : type == CLAST_PIXEL_UNORM16 ? 2 : 4;
+}
+
+// Few devices read three channels, and some do not read 16 bits: they are given as four, and as floats.
+static picture_layout layout_of(const clast_gpu *gpu, const clast_image *image)
+{
+    uint32_t place = image->channels < 3 ? image->channels - 1 : 2;
+    clast_pixel_type type = image->type;
+    if (type == CLAST_PIXEL_UNORM16 && !clast_gpu_can_read(gpu, formats[type][place])) {
+        type = CLAST_PIXEL_FLOAT;
+    }
+    uint32_t channels = place < 2 ? place + 1 : 4;
+    return (picture_layout){formats[type][place], type, channels, channels * element_bytes(type)};
+}
+
+// --------------------------------------------------------------------------------------------------------- conversion
+
+typedef struct convert_job {
+    const clast_image *image;
+    picture_layout layout;
+    void *pixels;
+} convert_job;
+
+static void convert8(const convert_job *job, size_t begin, size_t end)
+{
+    const uint8_t *from = job->image->pixels;
+    uint8_t *to = job->pixels;
+    for (size_t i = begin; i < end; i++) {
+        for (size_t c = 0; c < 3; c++) {
+            to[4 * i + c] = from[3 * i + c];
+        }
+        to[4 * i + 3] = UINT8_MAX;
+    }
+}
+
+static void convert16(const convert_job *job, size_t begin, size_t end)
+{
+    const uint16_t *from = job->image->pixels;
+    uint16_t *to = job->pixels;
+    for (size_t i = begin; i < end; i++) {
+        for (size_t c = 0; c < 3; c++) {
+            to[4 * i + c] = from[3 * i + c];
+        }
+        to[4 * i + 3] = UINT16_MAX;
+    }
+}
+
+static float float_at(const clast_image *image, size_t element)
+{
+    return image->type == CLAST_PIXEL_UNORM16 ? unorm16(((const uint16_t *)image->pixels)[element])
+                                              : ((const float *)image->pixels)[element];
+}
+
+static void convert_float(const convert_job *job, size_t begin, size_t end)
+{
+    const clast_image *image = job->image;
+    size_t given = image->channels, wanted = job->layout.channels;
+    float *to = job->pixels;
+    for (size_t i = begin; i < end; i++) {
+        for (size_t c = 0; c < wanted; c++) {
+            to[wanted * i + c] = c < given ? float_at(image, given * i + c) : 1.0f;
+        }
+    }
+}
+
+static void convert_texels(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const convert_job *job = data;
+    switch (job->layout.type) {
+    case CLAST_PIXEL_UNORM8: convert8(job, begin, end); break;
+    case CLAST_PIXEL_UNORM16: convert16(job, begin, end); break;
+    case CLAST_PIXEL_FLOAT: convert_float(job, begin, end); break;
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------- upload
+
+static clast_status write_pixels(clast_gpu_commands *commands, clast_gpu_texture texture, const clast_image *image,
+                                 picture_layout layout)
+{
+    clast_context *context = clast_gpu_context(clast_gpu_of(commands));
+    size_t texels, bytes;
+    if (!clast_multiply_size(image->width, image->height, &texels) ||
+        !clast_multiply_size(texels, layout.texel, &bytes)) {
+        return clast_fail(context, CLAST_ERROR_LIMIT, "vulkan: an image of %u x %u texels does not fit the memory",
+                          image->width, image->height);
+    }
+    if (layout.type == image->type && layout.channels == image->channels) {
+        clast_gpu_texture_write(commands, texture, 0, image->pixels, bytes);
+        return CLAST_OK;
+    }
+    convert_job job = {image, layout, clast_allocate(context, texels, layout.texel)};
+    if (job.pixels == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    clast_parallel_for(context, texels, GRAIN_TEXELS, convert_texels, &job);
+    clast_gpu_texture_write(commands, texture, 0, job.pixels, bytes);
+    clast_free(context, job.pixels);
+    return CLAST_OK;
+}
+
+static clast_status upload(clast_gpu_pictures *pictures, clast_gpu_commands *commands, const clast_scene_image *from,
+                           clast_device_image *made)
+{
+    const clast_image *image = &from->image;
+    picture_layout layout = layout_of(pictures->gpu, image);
+    clast_gpu_texture_desc desc = {.format = layout.format,
+                                   .width = image->width,
+                                   .height = image->height,
+                                   .levels = 1,
+                                   .name = from->name != NULL ? from->name : "an image"};
+    clast_gpu_texture texture;
+    clast_status status = clast_gpu_texture_create(pictures->gpu, &desc, &texture);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    *made = (clast_device_image){texture.number, image_format(image->channels, image->type),
+                                 image_size(image->width, image->height)};
+    pictures->has_16_bits = pictures->has_16_bits || image->type == CLAST_PIXEL_UNORM16;
+    return write_pixels(commands, texture, image, layout);
+}
+
+clast_status clast_gpu_pictures_need(clast_gpu_pictures *pictures, clast_gpu_commands *commands,
+                                     const clast_scene *scene, uint32_t number, clast_device_image *image)
+{
+    const clast_device_image none = {.texture = CLAST_NONE};
+    *image = none;
+    if (number >= scene->image_count || scene->images[number].image.width == 0 ||
+        scene->images[number].image.height == 0) {
+        return CLAST_OK;
+    }
+    clast_context *context = clast_gpu_context(pictures->gpu);
+    clast_status status = CLAST_RESERVE(context, pictures->images, pictures->capacity, (size_t)number + 1);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    for (; pictures->count <= number; pictures->count++) {
+        pictures->images[pictures->count] = none;
+    }
+    if (pictures->images[number].texture == CLAST_NONE) {
+        status = upload(pictures, commands, &scene->images[number], &pictures->images[number]);
+    }
+    *image = pictures->images[number];
+    return status;
+}
+
+void clast_gpu_pictures_free(clast_gpu_pictures *pictures)
+{
+    for (size_t i = 0; i < pictures->count; i++) {
+        clast_gpu_texture texture = {pictures->images[i].texture};
+        clast_gpu_texture_destroy(pictures->gpu, &texture);
+    }
+    if (pictures->gpu != NULL) {
+        clast_free(clast_gpu_context(pictures->gpu), pictures->images);
+    }
+    *pictures = (clast_gpu_pictures){.gpu = pictures->gpu};
+}
