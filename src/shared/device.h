@@ -45,12 +45,14 @@ RECORD(clast_device_unit)
     packed4 moment;           // the kind's own
     float displacement_scale; // times what the materials say
     // What the frame makes of it.
-    packed_address item_counts; // clast_source_count of each item
-    packed_address item_starts; // clast_item_start of each item
+    packed_address item_counts; // clast_source_count of each item; once added up, the sums before each, from all units on
+    packed_address sums;        // clast_unit_sums
     packed_address records;     // clast_cluster_record
     packed_address words;       // of the records
     packed_address vertices;    // packed3; records with resident positions have none here
+    packed_address spaces;      // CLUSTER_UNITs of each record's cluster; once added up, those before it, from all units on
     packed_address clusters;    // shared/cluster.h tells how these lie
+    packed_address boxes;       // clast_box of each cluster, not quantised
     packed_address tree;
     clast_source_view view;
     uint kind;         // CLAST_SOURCE_
@@ -59,16 +61,16 @@ RECORD(clast_device_unit)
     uint record_count;
     uint filtered;     // 1 where a material of it is not opaque
 };
-RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 7 * 8 + 108 + 20)
+RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 9 * 8 + 108 + 20)
 
-// Where the records, vertices and words of an item begin among its unit's.
-RECORD(clast_item_start)
+// 64-bit sums over a unit, lower halves first: over its items, by the members of clast_source_count, and over its records.
+LIMIT(UNIT_SUMS_COUNTS, 5u, "that are over items")
+RECORD(clast_unit_sums)
 {
-    uint record;
-    uint vertex;
-    uint word;
+    packed_address counts[UNIT_SUMS_COUNTS];
+    packed_address cluster_vertices; // of all records, resident ones too
 };
-RECORD_SIZE(clast_item_start, 12)
+RECORD_SIZE(clast_unit_sums, 48)
 
 LIMIT(INSTANCE_HIDDEN, 1u, "the camera cannot see it; rays still do")
 LIMIT(INSTANCE_OCCLUDED, 2u, "and that is since it lies behind others")

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light paths in a device's memory. A tile of the picture at a time is under way: squares of SQUARE_PIXELS pixels, one after
+// the other, each pixel with a path of its own at a place of its own. Lists tell which paths go on; the order of a list
+// depends on timing, and nothing else depends on that order.
+#ifndef CLAST_SHARED_DEVICE_PATHS_H
+#define CLAST_SHARED_DEVICE_PATHS_H
+
+#include "shared/path.h"
+
+LIMIT(SQUARE_SIDE, 8u, "pixels of a square's side")
+LIMIT(SQUARE_PIXELS, 64u, "pixels of a square")
+LIMIT(PATH_GROUP, 128u, "invocations of a work group")
+LIMIT(RENDER_VIEWS, 13u, "views that there are")
+
+// A path's pieces of four floats, each in an array of its own:
+//   throughput x y z, absorption x
+//   radiance x y z, absorption y
+//   shares of surroundings, sun and emitters where its ray began, absorption z
+//   origin of its ray x y z, density with which that was chosen
+//   direction of its ray x y z, least width of the lobes to come
+LIMIT(PATH_THROUGHPUT, 0u, "piece of a path")
+LIMIT(PATH_RADIANCE, 1u, "piece of a path")
+LIMIT(PATH_SHARES, 2u, "piece of a path")
+LIMIT(PATH_ORIGIN, 3u, "piece of a path")
+LIMIT(PATH_DIRECTION, 4u, "piece of a path")
+LIMIT(PATH_PIECES, 5u, "pieces of a path")
+
+// What a path's ray hit, in three pieces of four words:
+//   instance, cluster, triangle, steps
+//   barycentrics, distance, nothing
+//   normal x y z, nothing
+LIMIT(HIT_PIECES, 3u, "pieces of a hit")
+
+// A shadow ray in three pieces:
+//   origin x y z, where it ends
+//   direction x y z, the path
+//   the radiance that arrives where nothing is in between x y z, nothing
+LIMIT(SHADOW_PIECES, 3u, "pieces of a shadow ray")
+
+// Lists that a step of the paths makes.
+LIMIT(LIST_NEXT, 0u, "paths that go on")
+LIMIT(LIST_LIGHT, 1u, "shadow rays to one light")
+LIMIT(LIST_SUN, 2u, "shadow rays to the sun")
+LIMIT(LISTS, 3u, "how many there are")
+
+// How long lists are.
+RECORD(clast_path_queue)
+{
+    uint groups[9]; // of what works on each list: three numbers a list, as indirect dispatches read them
+    uint lengths[3];
+    uint growing[3]; // of the lists that a step is making
+    uint rejected;   // samples that were not finite
+    uint rays[2];    // traced beside the primary ones: 64 bits, the lower half first
+};
+RECORD_SIZE(clast_path_queue, 72)
+
+// A render.
+RECORD(clast_device_render)
+{
+    packed_address scene;     // clast_device_scene
+    packed_address frame;     // clast_device_frame
+    packed_address materials; // clast_device_materials
+    packed_address lights;    // clast_device_lights
+    packed_address paths;     // PATH_PIECES arrays of `capacity`
+    packed_address direct;    // of each path, the light that was not clamped: four floats; 0 where nothing is clamped
+    packed_address hits;      // HIT_PIECES arrays of `capacity`
+    packed_address shadows;   // SHADOW_PIECES arrays of `capacity`, of LIST_LIGHT; then the same of LIST_SUN
+    packed_address lists;     // two of `capacity` paths: those of an even step, of an odd one
+    packed_address queue;     // clast_path_queue
+    packed_address views[13]; // by CLAST_VIEW_: rows of pixels; 0 where it is not wanted
+    uint capacity;            // paths that can be under way
+    uint width;
+    uint height;
+    uint squares_across;
+    uint seed;
+    uint bounces;             // most of a path
+    float ao_distance;        // infinite where it is endless
+    float rate;               // wanted density of geometry
+};
+RECORD_SIZE(clast_device_render, 10 * 8 + 13 * 8 + 32)
+
+RECORD(clast_path_pixel)
+{
+    uint x;
+    uint y;
+};
+RECORD_SIZE(clast_path_pixel, 8)
+
+// The pixel of a place of a tile that begins at a row of the picture. It may lie outside of the picture.
+FN clast_path_pixel pixel_of_place(uint place, uint squares_across, uint first_row)
+{
+    uint square = place / SQUARE_PIXELS;
+    uint within = place % SQUARE_PIXELS;
+    clast_path_pixel pixel;
+    pixel.x = square % squares_across * SQUARE_SIDE + within % SQUARE_SIDE;
+    pixel.y = first_row + square / squares_across * SQUARE_SIDE + within / SQUARE_SIDE;
+    return pixel;
+}
+
+#endif
