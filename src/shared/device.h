@@ -60,8 +60,9 @@ RECORD(clast_device_unit)
     uint item_count;
     uint record_count;
     uint filtered;     // 1 where a material of it is not opaque
+    clast_box bounds;  // of the pose, in the unit's own space
 };
-RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 9 * 8 + 108 + 20)
+RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 9 * 8 + 108 + 20 + 24)
 
 // 64-bit sums over a unit, lower halves first: over its items, by the members of clast_source_count, and over its records.
 LIMIT(UNIT_SUMS_COUNTS, 5u, "that are over items")
