@@ -10,7 +10,9 @@ file(MAKE_DIRECTORY ${CLAST_SHADER_FOLDER})
 file(GLOB_RECURSE shader_files CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR}/shaders
     ${CMAKE_SOURCE_DIR}/shaders/*.comp ${CMAKE_SOURCE_DIR}/shaders/*.rgen ${CMAKE_SOURCE_DIR}/shaders/*.rmiss
     ${CMAKE_SOURCE_DIR}/shaders/*.rchit ${CMAKE_SOURCE_DIR}/shaders/*.rahit)
-file(STRINGS ${CMAKE_SOURCE_DIR}/include/clast/lists.h source_lines REGEX "X\\(CLAST_SOURCE_[A-Z_]+, [0-9]+,")
+file(READ ${CMAKE_SOURCE_DIR}/include/clast/lists.h lists)
+string(REGEX MATCHALL "X\\(CLAST_SOURCE_[A-Z_]+, [0-9]+" source_lines "${lists}")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/include/clast/lists.h)
 
 set(shader_symbols "")
 set(shader_headers "")
@@ -43,10 +45,13 @@ foreach(file ${shader_files})
     string(TOUPPER ${symbol} symbol)
     if(per_source)
         foreach(line ${source_lines})
-            string(REGEX REPLACE ".*X\\(CLAST_SOURCE_([A-Z_]+), ([0-9]+),.*" "\\1;\\2" kind "${line}")
+            string(REGEX REPLACE "X\\(CLAST_SOURCE_([A-Z_]+), ([0-9]+)" "\\1;\\2" kind "${line}")
             list(GET kind 0 kind_name)
             list(GET kind 1 kind_number)
             string(TOLOWER ${kind_name} kind_file)
+            if(NOT EXISTS ${CMAKE_SOURCE_DIR}/shaders/source/${kind_file}.glsl)
+                continue() # a kind without a twin: the device refuses it
+            endif()
             file(CONFIGURE OUTPUT ${CLAST_SHADER_FOLDER}/${kind_file}/source_kind.glsl
                 CONTENT "#include \"source/${kind_file}.glsl\"\n")
             clast_shader(${file} ${symbol}_${kind_name} -DSOURCE_KIND=${kind_number} -I${CLAST_SHADER_FOLDER}/${kind_file})
