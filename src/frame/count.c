@@ -1,30 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass count: how much the frame needs at the wanted rate, and at the least.
-#include <stdatomic.h>
-
 #include "base/thread.h"
 #include "frame/unit.h"
 
 enum { ITEM_GRAIN = 256, UNIT_BYTES = 2048 };
 
 typedef struct count_job {
+    const clast_frame *frame;
     const clast_frame_unit *unit;
     clast_source_view view;
     uint32_t *clusters; // by item; null where only the sum is wanted
     uint32_t *vertices;
     uint32_t *words;
+    bool drafts;
+    atomic_uint_fast64_t drafted; // words
     atomic_uint_fast64_t sums[5]; // of integers: the order does not matter
 } count_job;
 
+static clast_source_count count_item(count_job *job, uint32_t item, uint32_t worker)
+{
+    if (job->drafts) {
+        return clast_draft_item(job->frame, job->unit, &job->view, item, worker, &job->drafted);
+    }
+    const clast_unit *unit = job->unit->unit;
+    return clast_source_of(unit)->count(unit, &job->unit->pose, &job->view, item);
+}
+
 static void count_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
-    (void)worker;
     count_job *job = data;
-    const clast_unit *unit = job->unit->unit;
-    const clast_source *source = clast_source_of(unit);
     uint64_t sums[5] = {0};
     for (size_t i = begin; i < end; i++) {
-        clast_source_count count = source->count(unit, &job->unit->pose, &job->view, (uint32_t)i);
+        clast_source_count count = count_item(job, (uint32_t)i, worker);
         if (job->clusters != NULL) {
             job->clusters[i] = count.clusters;
             job->vertices[i] = count.vertices;
@@ -61,6 +68,7 @@ static uint64_t bytes_of(const clast_frame_unit *unit, const clast_frame_need *n
 
 static void run_count(clast_frame *frame, count_job *job, clast_frame_need *need)
 {
+    job->frame = frame;
     size_t items = job->unit->unit->item_count;
     clast_parallel_for(frame->context, items, clast_frame_grain(items, ITEM_GRAIN), count_range, job);
     *need = (clast_frame_need){.clusters = atomic_load(&job->sums[0]),
@@ -102,14 +110,19 @@ static clast_status count_unit(clast_frame *frame, clast_unit_tally *tally, floa
     count_job job = {.unit = unit, .view = view_at(unit, rate)};
     if (keep) {
         clast_status status = CLAST_RESERVE(frame->context, unit->item_counts, unit->item_capacity, 3 * items);
+        status = status == CLAST_OK ? clast_drafts_begin(frame, unit) : status;
         if (status != CLAST_OK) {
             return status;
         }
+        job.drafts = unit->drafts.known;
         job.clusters = unit->item_counts;
         job.vertices = unit->item_counts + items;
         job.words = unit->item_counts + 2 * items;
     }
     run_count(frame, &job, &tally->need);
+    if (job.drafts) {
+        unit->drafts.wanted = (size_t)atomic_load(&job.drafted);
+    }
     return CLAST_OK;
 }
 

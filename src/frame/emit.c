@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass emit: the records themselves. Prefix sums of the counts decide places, so that no place depends on timing.
-#include <stdatomic.h>
-
 #include "base/thread.h"
 #include "frame/unit.h"
 
@@ -15,19 +13,41 @@ typedef struct emit_job {
     atomic_uint_fast64_t vertices;
 } emit_job;
 
+// Where the records of an item begin, and at the end of all.
+static size_t record_place(const emit_job *job, size_t item)
+{
+    return item < job->unit->unit->item_count ? job->first_records[item] : job->unit->record_count;
+}
+
+static size_t word_place(const emit_job *job, size_t item)
+{
+    return item < job->unit->unit->item_count ? job->first_words[item] : job->unit->word_count;
+}
+
+static void emit_item(const emit_job *job, size_t item)
+{
+    const clast_frame_unit *unit = job->unit;
+    size_t record = record_place(job, item), word = word_place(job, item);
+    bool taken = clast_draft_take(unit, (uint32_t)item, job->first_vertices[item], (uint32_t)word,
+                                  (uint32_t)(word_place(job, item + 1) - word), unit->records + record,
+                                  (uint32_t)(record_place(job, item + 1) - record));
+    if (!taken) {
+        clast_source_of(unit->unit)
+            ->emit(unit->unit, &unit->pose, &unit->view, (uint32_t)item, job->first_vertices[item], (uint32_t)word,
+                   unit->words + word, unit->records + record);
+    }
+}
+
 static void emit_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
     emit_job *job = data;
     const clast_frame_unit *unit = job->unit;
-    const clast_source *source = clast_source_of(unit->unit);
     for (size_t i = begin; i < end; i++) {
-        source->emit(unit->unit, &unit->pose, &unit->view, (uint32_t)i, job->first_vertices[i], job->first_words[i],
-                     unit->words + job->first_words[i], unit->records + job->first_records[i]);
+        emit_item(job, i);
     }
-    size_t last = end < unit->unit->item_count ? job->first_records[end] : unit->record_count;
     uint64_t vertices = 0;
-    for (size_t i = job->first_records[begin]; i < last; i++) {
+    for (size_t i = record_place(job, begin); i < record_place(job, end); i++) {
         vertices += record_vertices(unit->records[i]);
     }
     atomic_fetch_add(&job->vertices, vertices);
@@ -92,6 +112,7 @@ clast_status clast_unit_emit(clast_frame *frame, clast_frame_unit *unit)
     unit->word_count = (size_t)unit->sum.words;
     clast_parallel_for(context, items, clast_frame_grain(items, ITEM_GRAIN), emit_range, &job);
     unit->cluster_vertices = atomic_load(&job.vertices);
+    unit->drafts.known = false;
     return CLAST_OK;
 }
 

@@ -37,6 +37,8 @@ void clast_unit_free(clast_context *context, clast_frame_unit *unit)
     clast_free(context, unit->vertices);
     clast_free(context, unit->words);
     clast_free(context, unit->item_counts);
+    clast_free(context, unit->drafts.places);
+    clast_free(context, unit->drafts.words);
 }
 
 void clast_frame_destroy(clast_frame *frame)
@@ -56,6 +58,7 @@ void clast_frame_destroy(clast_frame *frame)
     clast_free(context, frame->frame_instance_of);
     clast_free(context, frame->emitters);
     clast_free(context, frame->clas_inputs);
+    clast_free(context, frame->draft_scratch);
     clast_free(context, frame->tlas_instances);
     clast_free(context, frame->tallies);
     clast_free(context, frame);
@@ -127,7 +130,8 @@ clast_frame_bytes clast_unit_bytes(const clast_frame_unit *unit)
 {
     return (clast_frame_bytes){
         .records = unit->record_capacity * sizeof *unit->records + unit->word_capacity * sizeof *unit->words +
-                   unit->item_capacity * sizeof *unit->item_counts,
+                   unit->item_capacity * sizeof *unit->item_counts +
+                   (unit->drafts.capacity + unit->drafts.place_capacity) * sizeof *unit->drafts.words,
         .vertices = unit->vertex_capacity * sizeof *unit->vertices,
         .clas = unit->clas != NULL ? clast_clas_pool_bytes(unit->clas) : 0,
         .blas = unit->blas != NULL ? clast_blas_bytes(unit->blas) : 0,

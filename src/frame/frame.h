@@ -14,6 +14,16 @@ typedef struct clast_frame_need {
     uint64_t bytes; // at most, while it is made: records, words, vertices, clusters and trees
 } clast_frame_need;
 
+// What items emitted while they were counted (draft.c).
+typedef struct clast_frame_drafts {
+    bool known;       // they are of what was counted last
+    uint32_t *places; // by item: where in `words` its records begin, which its words follow; CLAST_NONE: nowhere
+    size_t place_capacity;
+    uint32_t *words;
+    size_t capacity;
+    size_t wanted; // as many would have had room for all
+} clast_frame_drafts;
+
 // A unit in this frame.
 typedef struct clast_frame_unit {
     const clast_unit *unit;
@@ -43,6 +53,7 @@ typedef struct clast_frame_unit {
     size_t word_count, word_capacity;
     uint32_t *item_counts; // scratch of count and emit: [clusters][vertices][words]
     size_t item_capacity;
+    clast_frame_drafts drafts;
     clast_clas_pool *clas;
     clast_blas *blas;
 } clast_frame_unit;
@@ -128,6 +139,8 @@ typedef struct clast_frame {
     double milliseconds[CLAST_PASS_COUNT_]; // of this frame; passes that run again and again add up
     clast_clas_input *clas_inputs;          // scratch
     size_t clas_input_capacity;
+    uint32_t *draft_scratch; // scratch, for each thread
+    size_t draft_scratch_capacity;
     clast_tlas_instance *tlas_instances; // scratch
     size_t tlas_instance_capacity;
     struct clast_unit_tally *tallies; // scratch

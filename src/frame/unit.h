@@ -3,6 +3,8 @@
 #ifndef CLAST_FRAME_UNIT_H
 #define CLAST_FRAME_UNIT_H
 
+#include <stdatomic.h>
+
 #include "frame/backend.h"
 
 // How many elements a task takes: few where there are few of them, as each may be much work, and at most `most`.
@@ -24,6 +26,15 @@ clast_frame_need clast_frame_instance_need(const clast_frame *frame);
 void clast_frame_add_need(clast_frame_need *sum, const clast_frame_need *need);
 // Finds the minimum of the frame, and refuses budgets below it (fit.c).
 clast_status clast_frame_check_minimum(clast_frame *frame);
+// Before a unit is counted: whether its items are drafted, and room for that (draft.c).
+clast_status clast_drafts_begin(clast_frame *frame, clast_frame_unit *unit);
+// Counts an item and keeps what it emits, where there is room; `taken` counts the words of all.
+clast_source_count clast_draft_item(const clast_frame *frame, const clast_frame_unit *unit,
+                                    const clast_source_view *view, uint32_t item, uint32_t worker,
+                                    atomic_uint_fast64_t *taken);
+// Emits what was kept; false where nothing was.
+bool clast_draft_take(const clast_frame_unit *unit, uint32_t item, uint32_t first_vertex, uint32_t first_word,
+                      uint32_t word_count, clast_cluster_record *records, uint32_t record_count);
 // Decides that the unit has this rate in this frame. Units of the frame have been counted at it.
 clast_status clast_unit_settle(clast_frame *frame, clast_frame_unit *unit, float rate);
 // Writes the records of a unit whose topology changes (emit.c).

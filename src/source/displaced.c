@@ -154,6 +154,7 @@ const clast_source CLAST_SOURCE_DISPLACED_TABLE = {
     .height = height,
     .count = clast_displaced_count,
     .emit = clast_displaced_emit,
+    .draft = clast_displaced_draft,
     .fill = clast_displaced_fill,
     .corners = clast_displaced_corners,
     .resident = resident,

@@ -242,6 +242,8 @@ void clast_displaced_lay_out(const displaced_reader *reader, displaced_layout *l
 
 clast_source_count clast_displaced_count(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
                                          uint32_t item);
+clast_source_count clast_displaced_draft(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                                         uint32_t item, const clast_source_draft *draft);
 void clast_displaced_emit(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
                           uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records);
 void clast_displaced_fill(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,

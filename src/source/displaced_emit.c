@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves of displaced meshes, and how they are packed into records. Counting and emitting are one walk: where there is nowhere
+// Leaves of displaced meshes, and how they are packed into records. Counting and emitting are one walk: where there is no room
 // to write, it counts.
 #include "source/displaced.h"
 
@@ -25,9 +25,7 @@ typedef struct walk {
     displaced_rates rates;
     open_record open;
     clast_source_count count;
-    // null where it only counts
-    clast_cluster_record *records;
-    uint32_t *words;
+    clast_source_draft to; // without room where it only counts
     uint32_t item, first_vertex, first_word;
 } walk;
 
@@ -36,9 +34,9 @@ typedef struct walk {
 static void write_record(walk *w, uint32_t form, uint32_t template_index, const open_record *from)
 {
     uint32_t words = 1 + from->leaf_count + from->split_count * DISPLACED_SPLIT_WORDS;
-    if (w->records != NULL) {
-        uint32_t *to = w->words + w->count.words;
-        w->records[w->count.clusters] = (clast_cluster_record){
+    if (w->count.clusters < w->to.record_room && (uint64_t)w->count.words + words <= w->to.word_room) {
+        uint32_t *to = w->to.words + w->count.words;
+        w->to.records[w->count.clusters] = (clast_cluster_record){
             .unit = w->unit->base.number,
             .template_index = template_index,
             .first_vertex = w->first_vertex + w->count.vertices,
@@ -214,9 +212,9 @@ static void pack_triangle(walk *w, uint32_t number)
 static void write_levels(walk *w)
 {
     uint32_t words = displaced_level_words(w->unit, w->cluster);
-    for (uint32_t i = 0; w->words != NULL && i < words; i++) {
+    for (uint32_t i = 0; words <= w->to.word_room && i < words; i++) {
         uint32_t second = 2 * i + 1 < w->cluster->vertex_count ? w->rates.levels[2 * i + 1] : 0u;
-        w->words[i] = w->rates.levels[2 * i] | second << 16;
+        w->to.words[i] = w->rates.levels[2 * i] | second << 16;
     }
     w->count.words += words;
 }
@@ -250,35 +248,40 @@ static void walk_item(walk *w)
     }
 }
 
+static void begin_walk(walk *w, const displaced_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                       uint32_t item)
+{
+    w->unit = unit;
+    w->pose = pose;
+    w->cluster = &unit->clusters[item];
+    w->view = clast_displaced_rate_view(unit, pose, view);
+    w->count = (clast_source_count){0};
+    w->item = item;
+    w->first_vertex = w->first_word = 0;
+}
+
+clast_source_count clast_displaced_draft(const clast_unit *base, const clast_pose *pose, const clast_source_view *view,
+                                         uint32_t item, const clast_source_draft *draft)
+{
+    walk w;
+    begin_walk(&w, clast_displaced_of(base), pose, view, item);
+    w.to = *draft;
+    walk_item(&w);
+    return w.count;
+}
+
 clast_source_count clast_displaced_count(const clast_unit *base, const clast_pose *pose, const clast_source_view *view,
                                          uint32_t item)
 {
-    const displaced_unit *unit = clast_displaced_of(base);
-    walk w;
-    w.unit = unit;
-    w.pose = pose;
-    w.cluster = &unit->clusters[item];
-    w.view = clast_displaced_rate_view(unit, pose, view);
-    w.count = (clast_source_count){0};
-    w.records = NULL;
-    w.words = NULL;
-    walk_item(&w);
-    return w.count;
+    return clast_displaced_draft(base, pose, view, item, &(clast_source_draft){0});
 }
 
 void clast_displaced_emit(const clast_unit *base, const clast_pose *pose, const clast_source_view *view, uint32_t item,
                           uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records)
 {
-    const displaced_unit *unit = clast_displaced_of(base);
     walk w;
-    w.unit = unit;
-    w.pose = pose;
-    w.cluster = &unit->clusters[item];
-    w.view = clast_displaced_rate_view(unit, pose, view);
-    w.count = (clast_source_count){0};
-    w.records = records;
-    w.words = words;
-    w.item = item;
+    begin_walk(&w, clast_displaced_of(base), pose, view, item);
+    w.to = (clast_source_draft){records, words, UINT32_MAX, UINT32_MAX};
     w.first_vertex = first_vertex;
     w.first_word = first_word;
     walk_item(&w);

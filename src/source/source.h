@@ -78,6 +78,13 @@ typedef struct clast_unit {
     uint32_t material_count;
 } clast_unit;
 
+// Room for what an item emits while it is counted.
+typedef struct clast_source_draft {
+    clast_cluster_record *records;
+    uint32_t *words;
+    uint32_t record_room, word_room;
+} clast_source_draft;
+
 // What identifies cooked data: a hash of all that it is made of, and of how.
 typedef struct clast_cook_key {
     uint64_t low, high;
@@ -144,6 +151,10 @@ typedef struct clast_source {
     // first_word where its words do; `words` points to the first of them.
     void (*emit)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view, uint32_t item,
                  uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records);
+    // Null, or counts and emits in one go, for sources for which counting is most of the work: what emit would write with
+    // first_vertex and first_word 0, all of it where the room is as large as what count says.
+    clast_source_count (*draft)(const clast_unit *unit, const clast_pose *pose, const clast_source_view *view,
+                                uint32_t item, const clast_source_draft *draft);
     // The positions of a record's vertices, in the template's order. `words` points to the record's first word, here and
     // below.
     void (*fill)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,

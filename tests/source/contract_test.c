@@ -85,6 +85,53 @@ static void emit_writes_what_count_said(void **state)
     for_each_kind(state, check_items);
 }
 
+// What emit writes from zero on, all of it where there is room, and nothing beyond the room.
+static void check_draft(const kind_world *world, const clast_pose *pose, const clast_source_view *view, uint32_t item)
+{
+    clast_source_count count = world->source->count(world->unit, pose, view, item);
+    size_t record_bytes = count.clusters * sizeof(clast_cluster_record), word_bytes = count.words * sizeof(uint32_t);
+    clast_cluster_record *emitted = malloc(record_bytes + 1), *drafted = malloc(record_bytes + 1);
+    uint32_t *words = malloc(word_bytes + 1), *drafted_words = malloc(word_bytes + 1);
+    world->source->emit(world->unit, pose, view, item, 0, 0, words, emitted);
+    for (uint32_t missing = 0; missing < 3; missing++) {
+        uint32_t records_missing = missing == 1, words_missing = missing == 2;
+        if (records_missing > count.clusters || words_missing > count.words) {
+            continue;
+        }
+        memset(drafted, 0xa5, record_bytes + 1);
+        memset(drafted_words, 0xa5, word_bytes + 1);
+        clast_source_draft draft = {drafted, drafted_words, count.clusters - records_missing,
+                                    count.words - words_missing};
+        clast_source_count again = world->source->draft(world->unit, pose, view, item, &draft);
+        assert_memory_equal(&again, &count, sizeof count);
+        if (missing == 0) {
+            assert_memory_equal(drafted, emitted, record_bytes);
+            assert_memory_equal(drafted_words, words, word_bytes);
+        }
+        const uint8_t *beyond = (const uint8_t *)(drafted + draft.record_room);
+        assert_int_equal(*beyond, 0xa5);
+        assert_int_equal(*(const uint8_t *)(drafted_words + draft.word_room), 0xa5);
+    }
+    free(emitted);
+    free(drafted);
+    free(words);
+    free(drafted_words);
+}
+
+static void check_drafts(kind_world *world)
+{
+    for (uint32_t view = 0; view < KIND_VIEWS && world->source->draft != NULL; view++) {
+        for (uint32_t item = 0; item < world->unit->item_count; item++) {
+            check_draft(world, &kind_poses[1], &kind_views[view], item);
+        }
+    }
+}
+
+static void drafts_are_what_emit_writes(void **state)
+{
+    for_each_kind(state, check_drafts);
+}
+
 static uint64_t count_triangles(const kind_world *world, const clast_source_view *view)
 {
     uint64_t sum = 0;
@@ -385,6 +432,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_kind_is_tested),
         CONTEXT_TEST(emit_writes_what_count_said),
+        CONTEXT_TEST(drafts_are_what_emit_writes),
         CONTEXT_TEST(counts_never_fall_while_the_rate_grows),
         CONTEXT_TEST(the_least_rate_gives_the_same_from_everywhere),
         CONTEXT_TEST(bounds_hold_what_fill_gives),
