@@ -96,14 +96,45 @@ FN clast_pair make_fan(uint a, uint b, uint c, uint d, uint first, uint second, 
     return pair;
 }
 
+// Three corners and a number, as `first` has them.
+FN uint triangle_word(uint a, uint b, uint c, uint number) { return a | b << 8u | c << 16u | number << 24u; }
+
+// A pair of the first triangle alone.
+FN clast_pair lone_pair(uint first)
+{
+    uint c = pair_corner(first, 2u);
+    return make_fan(pair_corner(first, 0u), pair_corner(first, 1u), c, c, first >> 24u, first >> 24u, PAIR_LONE);
+}
+
+// The pair of two triangles, by their words. It is a fan where an edge of one, the other way round, is one of the other.
+FN clast_pair pair_of(uint first, uint second)
+{
+    clast_pair pair;
+    pair.first = first;
+    pair.second = second;
+    for (uint k = 0u; k < 3u; k++) {
+        uint c = pair_corner(first, k);
+        uint a = pair_corner(first, (k + 1u) % 3u);
+        for (uint m = 0u; m < 3u; m++) {
+            if (pair_corner(second, m) == a && pair_corner(second, (m + 1u) % 3u) == c) {
+                return make_fan(a, pair_corner(first, (k + 2u) % 3u), c, pair_corner(second, (m + 2u) % 3u), first >> 24u,
+                                second >> 24u, pair_turns((2u - k) % 3u, (3u - m) % 3u));
+            }
+        }
+    }
+    // What looks like a fan, and is none, has two corners that are one: it can never be hit.
+    return pair_is_fan(pair) ? lone_pair(first) : pair;
+}
+
 // A topology: pairs in the order of the leaves, and how many a leaf has. A cluster's own counts are the same word.
 RECORD(clast_device_template)
 {
     packed_address pairs;
+    packed_address corners; // of each triangle, by its number: three vertices, 8 bits each
     uint counts; // cluster_counts()
     uint vertices;
 };
-RECORD_SIZE(clast_device_template, 16)
+RECORD_SIZE(clast_device_template, 24)
 
 // Of 1 to 128 pairs, in leaves of 2^shift: at most 64 leaves. With CLUSTER_UNSOUND, there may be triangles that are not sound.
 LIMIT(CLUSTER_UNSOUND, 1024u, "a bit of a cluster's counts")
@@ -156,6 +187,38 @@ RECORD_SIZE(clast_cluster_head, 64)
 // Three sides, of bits 0 to 2 of a place: an axis, plus 3 where the upper half comes first.
 FN uint order_sides(uint side_0, uint side_1, uint side_2) { return side_0 | side_1 << 3u | side_2 << 6u; }
 FN uint order_side(uint order, uint bit) { return order >> (3u * bit) & 7u; }
+
+// The side towards which a sum of differences between the halves points.
+FN uint side_of(vec3 difference)
+{
+    float x = abs1(difference[0]);
+    float y = abs1(difference[1]);
+    float z = abs1(difference[2]);
+    uint axis = x >= y && x >= z ? 0u : y >= z ? 1u : 2u;
+    float along = axis == 0u ? difference[0] : axis == 1u ? difference[1] : difference[2];
+    return along < 0.0f ? axis + 3u : axis;
+}
+
+// Sums over sides of eight boxes along an axis, in steps: bytes 0 and 2, then 1 and 3, of twice the centres.
+FN uint even_centres(uint lower, uint upper) { return (lower & 0xff00ffu) + (upper & 0xff00ffu); }
+FN uint odd_centres(uint lower, uint upper) { return (lower >> 8u & 0xff00ffu) + (upper >> 8u & 0xff00ffu); }
+FN uint sum_of_halves(uint pair) { return (pair & 0xffffu) + (pair >> 16u); }
+
+// How much higher the upper halves of the places lie along an axis, for each bit of the place: by twice the centres of the boxes, in
+// steps. Boxes that are inside out count as in the middle. The four words are those of sides[], from 4 * axis on.
+FN vec3 centre_differences(uint lower_0, uint lower_4, uint upper_0, uint upper_4)
+{
+    uint even_0 = even_centres(lower_0, upper_0);
+    uint even_4 = even_centres(lower_4, upper_4);
+    uint odd_0 = odd_centres(lower_0, upper_0);
+    uint odd_4 = odd_centres(lower_4, upper_4);
+    uint all_0 = even_0 + odd_0;
+    uint all_4 = even_4 + odd_4;
+    float low_1 = to_float((all_0 & 0xffffu) + (all_4 & 0xffffu));
+    float high_1 = to_float((all_0 >> 16u) + (all_4 >> 16u));
+    return vec3(to_float(sum_of_halves(odd_0 + odd_4)) - to_float(sum_of_halves(even_0 + even_4)), high_1 - low_1,
+                to_float(sum_of_halves(all_4)) - to_float(sum_of_halves(all_0)));
+}
 
 // -------------------------------------------------------------------------------------------------------- placements
 

@@ -8,13 +8,22 @@
 
 enum { TOPOLOGY_GRAIN = 16 };
 
-// Templates that are new, and where each one's pairs begin.
+// Templates that are new, and where each one's pairs begin; its corners follow them.
 typedef struct pairs_job {
     const clast_template_set *set;
     uint32_t first;
     const uint64_t *places;
     clast_pair *pairs;
 } pairs_job;
+
+static void make_corners(const clast_template *topology, uint32_t *words)
+{
+    for (uint32_t i = 0; i < topology->triangle_count; i++) {
+        uint32_t corners[3] = {0};
+        clast_template_corners(topology, i, corners);
+        words[i] = corners[0] | corners[1] << 8 | corners[2] << 16;
+    }
+}
 
 static void make_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
@@ -23,14 +32,24 @@ static void make_range(void *data, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         clast_pair pairs[CLAST_PAIRS_MOST];
         const clast_template *topology = job->set->templates[job->first + i];
+        uint32_t words[TEMPLATE_TRIANGLES];
+        uint32_t count = cluster_pairs(triangles_counts(topology->triangle_count));
         clast_pairs_of_template(topology, pairs);
-        memcpy(job->pairs + job->places[i], pairs, (job->places[i + 1] - job->places[i]) * sizeof *pairs);
+        make_corners(topology, words);
+        memcpy(job->pairs + job->places[i], pairs, count * sizeof *pairs);
+        memcpy(job->pairs + job->places[i] + count, words, topology->triangle_count * sizeof *words);
     }
 }
 
 static uint32_t counts_of(const clast_template_set *set, uint32_t number)
 {
     return triangles_counts(set->templates[number]->triangle_count);
+}
+
+// What a template takes, in pairs.
+static uint64_t room_of(const clast_template_set *set, uint32_t number)
+{
+    return cluster_pairs(counts_of(set, number)) + (set->templates[number]->triangle_count + 1) / 2;
 }
 
 // Makes and uploads the pairs of templates [first, first + count), whose places are known.
@@ -41,7 +60,7 @@ static clast_status upload_pairs(clast_topologies *t, clast_gpu_commands *comman
     clast_context *context = clast_gpu_context(gpu);
     uint64_t bytes = places[count] * sizeof(clast_pair);
     clast_gpu_buffer buffer = {0};
-    clast_pair *pairs = clast_allocate(context, places[count], sizeof *pairs);
+    clast_pair *pairs = clast_allocate_zeroed(context, places[count], sizeof *pairs);
     clast_status status = pairs != NULL ? CLAST_RESERVE(context, t->pairs, t->pair_capacity, t->pair_buffers + 1)
                                         : CLAST_ERROR_OUT_OF_MEMORY;
     if (status == CLAST_OK) {
@@ -74,9 +93,11 @@ static clast_status upload_records(clast_topologies *t, clast_gpu_commands *comm
         t->templates = larger;
     }
     for (uint32_t i = 0; i < count; i++) {
+        uint32_t counts = counts_of(set, t->count + i);
         t->records[t->count + i] = (clast_device_template){
             .pairs = store_address(address + places[i] * sizeof(clast_pair)),
-            .counts = counts_of(set, t->count + i),
+            .corners = store_address(address + (places[i] + cluster_pairs(counts)) * sizeof(clast_pair)),
+            .counts = counts,
             .vertices = set->templates[t->count + i]->vertex_count,
         };
     }
@@ -114,7 +135,7 @@ clast_status clast_topologies_update(clast_topologies *topologies, clast_gpu_com
     if (status == CLAST_OK) {
         places[0] = 0;
         for (uint32_t i = 0; i < count; i++) {
-            places[i + 1] = places[i] + cluster_pairs(counts_of(set, topologies->count + i));
+            places[i + 1] = places[i] + room_of(set, topologies->count + i);
         }
         status = upload_pairs(topologies, commands, set, count, places);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A template set as a device has it: clast_device_template by number, and the pairs that these point to. Sets only grow, and so
+// A template set as a device has it: clast_device_template by number, and the pairs and corners that these point to. Sets only grow, and so
 // does this: pairs never move.
 #ifndef CLAST_VULKAN_TOPOLOGIES_H
 #define CLAST_VULKAN_TOPOLOGIES_H
