@@ -60,7 +60,7 @@ static void look_through_backs(const clast_frame *frame, const clast_hit_filter 
 {
     for (uint32_t backs = 0; backs < BACKS_MOST && is_hidden_back(frame, &ray, hit); backs++) {
         uint32_t steps = hit->steps;
-        ray.t_min = nextafterf(hit->t, INFINITY);
+        ray.t_min = beyond_hit(hit->t);
         clast_trace_closest(frame->tlas, &ray, 1, filter, hit);
         hit->steps += steps;
     }

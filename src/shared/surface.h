@@ -211,6 +211,13 @@ FN bool sees_back(vec3 normal, vec3 direction)
     return dot3(normal, direction) > 0.0f;
 }
 
+// The least distance beyond that of a hit, which is not negative.
+FN float beyond_hit(float distance)
+{
+    float next = uintBitsToFloat(floatBitsToUint(distance) + 1u);
+    return distance > 0.0f ? next : 1.17549435e-38f;
+}
+
 LIMIT(BACKS_MOST, 64u, "backs that an eye looks through; what lies behind as many is seen all the same")
 
 #endif
