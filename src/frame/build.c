@@ -68,14 +68,28 @@ static clast_status place_composites(clast_frame *frame, fill_job *job, size_t *
     return CLAST_OK;
 }
 
-static void fill_record(const clast_frame_unit *unit, size_t number)
+// Three of each triangle of a record: places among its vertices.
+typedef struct record_corners {
+    bool known;
+    uint8_t of[3 * TEMPLATE_TRIANGLES];
+} record_corners;
+
+static void fill_record(const clast_frame_unit *unit, size_t number, record_corners *corners)
 {
     const clast_source *source = clast_source_of(unit->unit);
     const clast_cluster_record *record = &unit->records[number];
-    if (source->resident(unit->unit, record) == NULL) {
-        source->fill(unit->unit, &unit->pose, record, clast_frame_words(unit, record),
-                     unit->vertices + record->first_vertex);
+    corners->known = false;
+    if (source->resident(unit->unit, record) != NULL) {
+        return;
     }
+    packed3 *vertices = unit->vertices + record->first_vertex;
+    if (source->fill_composite != NULL && record_form(*record) == FORM_COMPOSITE &&
+        unit->change == CLAST_CHANGE_TOPOLOGY) {
+        corners->known = true;
+        source->fill_composite(unit->unit, &unit->pose, record, clast_frame_words(unit, record), vertices, corners->of);
+        return;
+    }
+    source->fill(unit->unit, &unit->pose, record, clast_frame_words(unit, record), vertices);
 }
 
 static const float *vertices_of(const clast_frame_unit *unit, const clast_cluster_record *record)
@@ -84,27 +98,28 @@ static const float *vertices_of(const clast_frame_unit *unit, const clast_cluste
     return resident != NULL ? resident->v : (unit->vertices + record->first_vertex)->v;
 }
 
-static clast_status set_composite(const clast_frame_unit *unit, size_t number, size_t place)
+static clast_status set_composite(const clast_frame_unit *unit, size_t number, size_t place, record_corners *corners)
 {
     const clast_cluster_record *record = &unit->records[number];
-    uint8_t corners[3 * TEMPLATE_TRIANGLES];
-    clast_source_of(unit->unit)->corners(unit->unit, record, clast_frame_words(unit, record), corners);
+    if (!corners->known) {
+        clast_source_of(unit->unit)->corners(unit->unit, record, clast_frame_words(unit, record), corners->of);
+    }
     clast_clas_desc desc = {.triangle_count = record_triangles(*record),
                             .vertex_count = record_vertices(*record),
-                            .indices = corners,
+                            .indices = corners->of,
                             .vertices = vertices_of(unit, record),
                             .ordered = 1};
     return clast_clas_set_own(unit->clas, number, place, &desc);
 }
 
-static clast_status fit_record(const clast_frame_unit *unit, size_t number, size_t place)
+static clast_status fit_record(const clast_frame_unit *unit, size_t number, size_t place, record_corners *corners)
 {
     const clast_cluster_record *record = &unit->records[number];
     if (unit->change == CLAST_CHANGE_VERTICES) {
         return clast_clas_refit(unit->clas, number, 1);
     }
     if (record_form(*record) == FORM_COMPOSITE) {
-        return set_composite(unit, number, place);
+        return set_composite(unit, number, place, corners);
     }
     clast_clas_input input = {record->template_index, vertices_of(unit, record)};
     return clast_clas_set(unit->clas, number, &input);
@@ -116,14 +131,15 @@ static void fill_range(void *data, size_t begin, size_t end, uint32_t worker)
     fill_job *job = data;
     size_t place = job->places != NULL ? job->places[begin / job->grain] : 0;
     double fill_time = 0.0, fit_time = 0.0, start = clast_clock();
+    record_corners corners[TOGETHER];
     for (size_t first = begin; first < end; first += TOGETHER) {
         size_t next = end - first < TOGETHER ? end : first + TOGETHER;
         for (size_t i = first; i < next; i++) {
-            fill_record(job->unit, i);
+            fill_record(job->unit, i, &corners[i - first]);
         }
         double filled = clast_clock();
         for (size_t i = first; i < next; i++) {
-            note_failure(job, fit_record(job->unit, i, place));
+            note_failure(job, fit_record(job->unit, i, place, &corners[i - first]));
             place += own_bytes(&job->unit->records[i]);
         }
         double fitted = clast_clock();

@@ -157,6 +157,7 @@ const clast_source CLAST_SOURCE_DISPLACED_TABLE = {
     .draft = clast_displaced_draft,
     .fill = clast_displaced_fill,
     .corners = clast_displaced_corners,
+    .fill_composite = clast_displaced_fill_composite,
     .resident = resident,
     .locate = clast_displaced_locate,
     .segments = clast_displaced_segments,

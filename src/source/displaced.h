@@ -224,19 +224,24 @@ bool clast_displaced_next(displaced_reader *reader);
 float clast_displaced_cluster_level(const displaced_reader *reader, uint32_t vertex);
 float clast_displaced_level_of(const displaced_reader *reader, uint32_t corner);
 
+enum { DISPLACED_TOGETHER = 8 }; // places that are found at once: arrays of them have room for some more
+
 // Where a composite's vertices are that leaves share. By vertex and by edge of the cluster, whether or not the record has it: its
 // place, and the place of the first point within; whether a vertex is there; an edge's segments, 0 where it is not there.
 typedef struct displaced_layout {
-    uint8_t vertex_at[CLUSTER_VERTICES], edge_at[DISPLACED_EDGES];
-    uint8_t vertices[CLUSTER_VERTICES], factors[DISPLACED_EDGES];
-    uint8_t vertex_list[CLUSTER_VERTICES]; // those that are there
-    uint16_t edge_list[DISPLACED_EDGES];   // those that have points within
+    uint8_t vertex_at[CLUSTER_VERTICES + DISPLACED_TOGETHER], edge_at[DISPLACED_EDGES + DISPLACED_TOGETHER];
+    uint8_t vertices[CLUSTER_VERTICES + DISPLACED_TOGETHER], factors[DISPLACED_EDGES + DISPLACED_TOGETHER];
+    uint8_t vertex_list[TEMPLATE_VERTICES];                   // those that are there
+    uint16_t edge_list[DISPLACED_EDGES + DISPLACED_TOGETHER]; // those that have points within
     uint32_t vertex_count, edge_count, shared_count;
     bool by_owners; // a triangle is not plain
 } displaced_layout;
 
 // Of a record of which nothing has been read.
 void clast_displaced_lay_out(const displaced_reader *reader, displaced_layout *layout);
+// The corners of its triangles.
+void clast_displaced_place(const displaced_reader *reader, const displaced_layout *layout,
+                           uint8_t corners[3 * TEMPLATE_TRIANGLES]);
 
 // ------------------------------------------------------------------------------------------------------------- duties
 
@@ -248,6 +253,8 @@ void clast_displaced_emit(const clast_unit *unit, const clast_pose *pose, const 
                           uint32_t first_vertex, uint32_t first_word, uint32_t *words, clast_cluster_record *records);
 void clast_displaced_fill(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
                           const uint32_t *words, packed3 *positions);
+void clast_displaced_fill_composite(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
+                                    const uint32_t *words, packed3 *positions, uint8_t corners[3 * TEMPLATE_TRIANGLES]);
 void clast_displaced_corners(const clast_unit *unit, const clast_cluster_record *record, const uint32_t *words,
                              uint8_t corners[3 * TEMPLATE_TRIANGLES]);
 clast_surface_point clast_displaced_locate(const clast_unit *unit, const clast_pose *pose,

@@ -379,13 +379,11 @@ static void fill_shared(batch *b, displaced_reader *reader, const displaced_layo
     }
 }
 
-static void fill_composite(batch *b, displaced_reader *reader)
+static void fill_composite(batch *b, displaced_reader *reader, const displaced_layout *layout)
 {
-    displaced_layout layout;
-    clast_displaced_lay_out(reader, &layout);
     reader->leaf.split = false;
     reader->use = displaced_pattern_of(b->unit, pattern_factors(1, 1, 1));
-    fill_shared(b, reader, &layout);
+    fill_shared(b, reader, layout);
     while (clast_displaced_next(reader)) {
         if (reader->leaf.split) {
             fill_alone(b);
@@ -407,23 +405,29 @@ static void fill_composite(batch *b, displaced_reader *reader)
 
 // ------------------------------------------------------------------------------------------------------------ fill
 
+static void begin_batch(batch *b, const displaced_reader *reader, const clast_pose *pose, packed3 *positions)
+{
+    b->reader = reader;
+    b->unit = reader->unit;
+    b->pose = pose;
+    b->cluster = reader->cluster;
+    b->kernel = clast_displace_kernel_of(clast_context_isa(reader->unit->base.context));
+    b->map = NULL;
+    b->count = b->other_count = 0;
+    b->positions = positions;
+    memset(b->known, 0, sizeof b->known);
+}
+
 void clast_displaced_fill(const clast_unit *base, const clast_pose *pose, const clast_cluster_record *record,
                           const uint32_t *words, packed3 *positions)
 {
-    const displaced_unit *unit = clast_displaced_of(base);
-    displaced_reader reader = clast_displaced_read(unit, record, words);
+    displaced_reader reader = clast_displaced_read(clast_displaced_of(base), record, words);
     batch b;
-    b.reader = &reader;
-    b.unit = unit;
-    b.pose = pose;
-    b.cluster = reader.cluster;
-    b.kernel = clast_displace_kernel_of(clast_context_isa(base->context));
-    b.map = NULL;
-    b.count = b.other_count = 0;
-    b.positions = positions;
-    memset(b.known, 0, sizeof b.known);
+    begin_batch(&b, &reader, pose, positions);
     if (record_form(*record) == FORM_COMPOSITE) {
-        fill_composite(&b, &reader);
+        displaced_layout layout;
+        clast_displaced_lay_out(&reader, &layout);
+        fill_composite(&b, &reader, &layout);
     } else if (clast_displaced_next(&reader)) {
         fill_alone(&b);
     } else {
@@ -431,5 +435,18 @@ void clast_displaced_fill(const clast_unit *base, const clast_pose *pose, const 
             add_vertex_point(&b, i);
         }
     }
+    flush(&b);
+}
+
+void clast_displaced_fill_composite(const clast_unit *base, const clast_pose *pose, const clast_cluster_record *record,
+                                    const uint32_t *words, packed3 *positions, uint8_t corners[3 * TEMPLATE_TRIANGLES])
+{
+    displaced_reader reader = clast_displaced_read(clast_displaced_of(base), record, words);
+    displaced_layout layout;
+    clast_displaced_lay_out(&reader, &layout);
+    clast_displaced_place(&reader, &layout, corners);
+    batch b;
+    begin_batch(&b, &reader, pose, positions);
+    fill_composite(&b, &reader, &layout);
     flush(&b);
 }

@@ -4,7 +4,10 @@
 // each along the edge; then come, leaf by leaf, the points inside. Parts of split triangles have all of their own there.
 #include "source/displaced.h"
 
-enum { PLACES_MORE = 16 }; // that may be written beyond
+enum {
+    PLACES_MORE = 16, // that may be written beyond
+    BYTES = sizeof(uint64_t),
+};
 
 displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cluster_record *record,
                                       const uint32_t *words)
@@ -68,16 +71,16 @@ bool clast_displaced_next(displaced_reader *reader)
 // ---------------------------------------------------------------------------------------------------------- layouts
 
 // Which vertices and edges the leaves share: those of whole triangles.
-static void mark_shared(displaced_reader reader, displaced_layout *layout)
+static void mark_shared(const displaced_reader *reader, displaced_layout *layout)
 {
-    const displaced_unit *unit = reader.unit;
-    for (uint32_t i = 0; i < reader.leaf_count; i++) {
-        uint32_t word = reader.words[i];
-        if ((word >> DISPLACED_LEAF_SPLIT_BIT & 1) != 0) {
+    const displaced_triangle *triangles = reader->unit->triangles + reader->cluster->first_triangle;
+    for (uint32_t i = 0; i < reader->leaf_count; i++) {
+        uint32_t word = reader->words[i];
+        if (displaced_leaf_is_split(word)) {
             continue;
         }
-        displaced_triangle triangle = unit->triangles[reader.cluster->first_triangle + (word & 255)];
-        uint32_t factors = word >> DISPLACED_LEAF_TRIANGLE_BITS;
+        displaced_triangle triangle = triangles[displaced_leaf_triangle(word)];
+        uint32_t factors = displaced_leaf_factors(word);
 #pragma GCC unroll 3
         for (uint32_t k = 0; k < 3; k++) {
             layout->vertices[displaced_corner(triangle, k)] = 1;
@@ -87,30 +90,82 @@ static void mark_shared(displaced_reader reader, displaced_layout *layout)
     }
 }
 
-void clast_displaced_lay_out(const displaced_reader *reader, displaced_layout *layout)
+// Eight bytes in one register: a product with these adds up to each byte those before it, as no sum is more than a byte holds.
+static const uint64_t each_byte = 0x0101010101010101u;
+
+// The first byte is the lowest, on any machine.
+static inline uint64_t in_order(uint64_t bytes)
 {
-    uint32_t vertex_count = reader->cluster->vertex_count, edge_count = reader->cluster->edge_count;
-    memset(layout->vertices, 0, vertex_count);
-    memset(layout->factors, 0, edge_count);
-    layout->by_owners = false;
-    mark_shared(*reader, layout);
-    // nothing here asks whether: what is not there moves nothing on
-    uint32_t count = 0, listed = 0;
-    for (uint32_t i = 0; i < vertex_count; i++) {
-        layout->vertex_at[i] = (uint8_t)count;
-        layout->vertex_list[count] = (uint8_t)i;
-        count += layout->vertices[i];
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+    return __builtin_bswap64(bytes);
+#else
+    return bytes;
+#endif
+}
+
+static inline uint64_t load_bytes(const uint8_t *from)
+{
+    uint64_t bytes;
+    memcpy(&bytes, from, sizeof bytes);
+    return in_order(bytes);
+}
+
+static inline void store_bytes(uint8_t *to, uint64_t bytes)
+{
+    bytes = in_order(bytes);
+    memcpy(to, &bytes, sizeof bytes);
+}
+
+// 1 for each byte that is not zero, of bytes below 128.
+static inline uint64_t not_zero(uint64_t bytes)
+{
+    return (bytes + 127 * each_byte) >> 7 & each_byte;
+}
+
+static void place_vertices(displaced_layout *layout, uint32_t vertex_count)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < vertex_count; i += BYTES) {
+        uint64_t there = load_bytes(layout->vertices + i), sums = there * each_byte;
+        uint64_t before = sums - there + count * each_byte;
+        store_bytes(layout->vertex_at + i, before);
+        for (uint32_t k = 0; k < BYTES && there != 0; k++) {
+            layout->vertex_list[before >> 8 * k & 255] = (uint8_t)(i + k); // what is not there is written over
+        }
+        count += sums >> 56;
     }
     layout->vertex_count = count;
-    for (uint32_t i = 0; i < edge_count; i++) {
-        uint32_t factor = layout->factors[i];
-        layout->edge_at[i] = (uint8_t)count;
-        layout->edge_list[listed] = (uint16_t)i;
-        count += factor - (factor != 0);
-        listed += factor > 1;
+}
+
+static void place_edges(displaced_layout *layout, uint32_t edge_count)
+{
+    uint32_t count = layout->vertex_count, listed = 0;
+    for (uint32_t i = 0; i < edge_count; i += BYTES) {
+        uint64_t factors = load_bytes(layout->factors + i), within = factors - not_zero(factors);
+        uint64_t sums = within * each_byte;
+        store_bytes(layout->edge_at + i, sums - within + count * each_byte);
+        count += sums >> 56;
+        uint64_t some = not_zero(within), some_sums = some * each_byte, before = some_sums - some;
+        for (uint32_t k = 0; k < BYTES && some != 0; k++) {
+            layout->edge_list[listed + (before >> 8 * k & 255)] = (uint16_t)(i + k);
+        }
+        listed += some_sums >> 56;
     }
     layout->edge_count = listed;
     layout->shared_count = count;
+}
+
+_Static_assert((int)BYTES == (int)DISPLACED_TOGETHER, "arrays have room for what is placed at once");
+
+void clast_displaced_lay_out(const displaced_reader *reader, displaced_layout *layout)
+{
+    uint32_t vertex_count = reader->cluster->vertex_count, edge_count = reader->cluster->edge_count;
+    memset(layout->vertices, 0, vertex_count + BYTES - 1);
+    memset(layout->factors, 0, edge_count + BYTES - 1);
+    layout->by_owners = false;
+    mark_shared(reader, layout);
+    place_vertices(layout, vertex_count);
+    place_edges(layout, edge_count);
 }
 
 // --------------------------------------------------------------------------------------------------------- corners
@@ -150,19 +205,16 @@ static uint32_t place_leaf(const displaced_reader *reader, const displaced_layou
     return own_at;
 }
 
-void clast_displaced_corners(const clast_unit *base, const clast_cluster_record *record, const uint32_t *words,
-                             uint8_t corners[3 * TEMPLATE_TRIANGLES])
+void clast_displaced_place(const displaced_reader *from, const displaced_layout *layout,
+                           uint8_t corners[3 * TEMPLATE_TRIANGLES])
 {
-    const displaced_unit *unit = clast_displaced_of(base);
-    displaced_reader reader = clast_displaced_read(unit, record, words);
-    displaced_layout layout;
-    clast_displaced_lay_out(&reader, &layout);
-    uint32_t own_at = layout.shared_count;
+    displaced_reader reader = *from;
+    uint32_t own_at = layout->shared_count;
     uint8_t *to = corners;
     while (clast_displaced_next(&reader)) {
         uint8_t places[PATTERN_VERTICES + PLACES_MORE];
-        own_at = place_leaf(&reader, &layout, own_at, places);
-        const uint32_t *triangles = unit->patterns->triangles + reader.use.pattern->first_triangle;
+        own_at = place_leaf(&reader, layout, own_at, places);
+        const uint32_t *triangles = reader.unit->patterns->triangles + reader.use.pattern->first_triangle;
         uint32_t count = pattern_triangles(*reader.use.pattern);
         for (uint32_t i = 0; i < count; i++, to += 3) {
             uint32_t word = triangles[i];
@@ -171,4 +223,13 @@ void clast_displaced_corners(const clast_unit *base, const clast_cluster_record 
             to[2] = places[word >> 16];
         }
     }
+}
+
+void clast_displaced_corners(const clast_unit *base, const clast_cluster_record *record, const uint32_t *words,
+                             uint8_t corners[3 * TEMPLATE_TRIANGLES])
+{
+    displaced_reader reader = clast_displaced_read(clast_displaced_of(base), record, words);
+    displaced_layout layout;
+    clast_displaced_lay_out(&reader, &layout);
+    clast_displaced_place(&reader, &layout, corners);
 }

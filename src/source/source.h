@@ -163,6 +163,9 @@ typedef struct clast_source {
     // none.
     void (*corners)(const clast_unit *unit, const clast_cluster_record *record, const uint32_t *words,
                     uint8_t corners[3 * TEMPLATE_TRIANGLES]);
+    // Null, or what fill and corners write of a composite record, both at once.
+    void (*fill_composite)(const clast_unit *unit, const clast_pose *pose, const clast_cluster_record *record,
+                           const uint32_t *words, packed3 *positions, uint8_t corners[3 * TEMPLATE_TRIANGLES]);
     // Where the positions of a record lie already, as long as the unit lives; null where fill must write them.
     const packed3 *(*resident)(const clast_unit *unit, const clast_cluster_record *record);
 

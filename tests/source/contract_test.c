@@ -222,6 +222,33 @@ static void resident_positions_are_those_that_fill_gives(void **state)
     for_each_kind(state, check_resident);
 }
 
+static void check_composites(kind_world *world)
+{
+    for (uint32_t view = 0; view < KIND_VIEWS && world->source->fill_composite != NULL; view++) {
+        kind_emission all = kind_emit(world, &kind_poses[1], &kind_views[view]);
+        for (size_t i = 0; i < all.record_count; i++) {
+            const clast_cluster_record *record = &all.records[i];
+            if (record_form(*record) != FORM_COMPOSITE) {
+                continue;
+            }
+            const uint32_t *words = all.words + record->first_word;
+            packed3 alone[TEMPLATE_VERTICES], together[TEMPLATE_VERTICES];
+            uint8_t corners_alone[3 * TEMPLATE_TRIANGLES], corners[3 * TEMPLATE_TRIANGLES];
+            world->source->fill(world->unit, &kind_poses[1], record, words, alone);
+            world->source->corners(world->unit, record, words, corners_alone);
+            world->source->fill_composite(world->unit, &kind_poses[1], record, words, together, corners);
+            assert_memory_equal(together, alone, record_vertices(*record) * sizeof *alone);
+            assert_memory_equal(corners, corners_alone, 3 * (size_t)record_triangles(*record));
+        }
+        kind_emission_free(&all);
+    }
+}
+
+static void composites_are_filled_as_in_two_steps(void **state)
+{
+    for_each_kind(state, check_composites);
+}
+
 // -------------------------------------------------------------------------------------------------- locate, evaluate
 
 static float distance3(vec3 a, vec3 b)
@@ -437,6 +464,7 @@ int main(void)
         CONTEXT_TEST(the_least_rate_gives_the_same_from_everywhere),
         CONTEXT_TEST(bounds_hold_what_fill_gives),
         CONTEXT_TEST(resident_positions_are_those_that_fill_gives),
+        CONTEXT_TEST(composites_are_filled_as_in_two_steps),
         CONTEXT_TEST(located_points_lie_on_their_triangles),
         CONTEXT_TEST(normals_point_to_the_counter_clockwise_side),
         CONTEXT_TEST(the_same_question_gets_the_same_bits_on_any_thread),
