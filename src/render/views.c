@@ -4,6 +4,7 @@
 
 #include "base/thread.h"
 #include "render/surface.h"
+#include "shared/camera.h"
 
 enum { PIXEL_GRAIN = 256 };
 
@@ -57,29 +58,15 @@ static float rate_of(const clast_frame *frame, const found_cluster *at, const cl
     return full > 0.0f ? segments_in(at, seen, &at->unit->view) / full : 1.0f;
 }
 
-// A point of the world in the picture, in pixels from its middle. What lies before the near plane is taken to lie in it.
-static vec2 project(const clast_frame *frame, vec3 point)
-{
-    const clast_camera *camera = &frame->settings.camera;
-    vec3 away = point - load3(camera->position);
-    float depth = dot3(away, load3(camera->forward));
-    bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
-    float scale = (float)frame->settings.height / (2.0f * camera->vertical_extent);
-    scale = parallel ? scale : scale / max1(depth, max1(camera->near_plane, 1e-30f));
-    return vec2(dot3(away, load3(camera->right)) * scale, dot3(away, load3(camera->up)) * scale);
-}
-
 static float area_of(const clast_frame *frame, const found_cluster *at, const clast_visibility *seen)
 {
-    float corners[3][3];
-    vec2 places[3];
-    clast_clas_corners(at->unit->clas, seen->cluster, seen->triangle, corners);
+    float found[3][3];
+    vec3 corners[3];
+    clast_clas_corners(at->unit->clas, seen->cluster, seen->triangle, found);
     for (int k = 0; k < 3; k++) {
-        vec3 corner = vec3(corners[k][0], corners[k][1], corners[k][2]);
-        places[k] = project(frame, transform_point(at->instance->to_world, corner));
+        corners[k] = transform_point(at->instance->to_world, vec3(found[k][0], found[k][1], found[k][2]));
     }
-    vec2 a = places[1] - places[0], b = places[2] - places[0];
-    return 0.5f * abs1(a[0] * b[1] - a[1] * b[0]);
+    return camera_area(frame->settings.camera, (float)frame->settings.height, corners[0], corners[1], corners[2]);
 }
 
 static void keep_pixel(const view_job *job, size_t pixel)

@@ -74,4 +74,25 @@ FN float camera_depth(clast_camera camera, clast_camera_ray ray, float distance)
     return panorama ? distance : distance * dot3(load3(ray.direction), load3(camera.forward));
 }
 
+// A point of the world in a picture of so many rows, in pixels from its middle. What lies before the near plane is taken to
+// lie in it. Not for panoramas.
+FN vec2 camera_pixels(clast_camera camera, float rows, vec3 point)
+{
+    vec3 away = point - load3(camera.position);
+    float depth = dot3(away, load3(camera.forward));
+    bool parallel = camera.projection == CLAST_PROJECTION_ORTHOGRAPHIC;
+    float scale = rough_divide(rows, 2.0f * camera.vertical_extent);
+    scale = parallel ? scale : rough_divide(scale, max1(depth, max1(camera.near_plane, 1e-30f)));
+    return vec2(dot3(away, load3(camera.right)) * scale, dot3(away, load3(camera.up)) * scale);
+}
+
+// How many pixels a triangle covers.
+FN float camera_area(clast_camera camera, float rows, vec3 a, vec3 b, vec3 c)
+{
+    vec2 origin = camera_pixels(camera, rows, a);
+    vec2 first = camera_pixels(camera, rows, b) - origin;
+    vec2 second = camera_pixels(camera, rows, c) - origin;
+    return 0.5f * abs1(first[0] * second[1] - first[1] * second[0]);
+}
+
 #endif

@@ -23,7 +23,7 @@ LIMIT(PATH_RADIANCE, 1u, "piece of a path")
 LIMIT(PATH_SHARES, 2u, "piece of a path")
 LIMIT(PATH_ORIGIN, 3u, "piece of a path")
 LIMIT(PATH_DIRECTION, 4u, "piece of a path")
-LIMIT(PATH_PIECES, 5u, "pieces of a path")
+LIMIT(PATH_PIECES, 5u, "how many there are")
 
 // What a path's ray hit, in three pieces of four words:
 //   instance, cluster, triangle, steps
@@ -31,17 +31,18 @@ LIMIT(PATH_PIECES, 5u, "pieces of a path")
 //   normal x y z, nothing
 LIMIT(HIT_PIECES, 3u, "pieces of a hit")
 
-// A shadow ray in three pieces:
+// A path's shadow ray to a light, or to the sun, in three pieces:
 //   origin x y z, where it ends
-//   direction x y z, the path
+//   direction x y z, nothing
 //   the radiance that arrives where nothing is in between x y z, nothing
 LIMIT(SHADOW_PIECES, 3u, "pieces of a shadow ray")
 
-// Lists that a step of the paths makes.
-LIMIT(LIST_NEXT, 0u, "paths that go on")
-LIMIT(LIST_LIGHT, 1u, "shadow rays to one light")
-LIMIT(LIST_SUN, 2u, "shadow rays to the sun")
+// Lists of paths that a step of the paths makes.
+LIMIT(LIST_NEXT, 0u, "those that go on")
+LIMIT(LIST_LIGHT, 1u, "those with a shadow ray to a light")
+LIMIT(LIST_SUN, 2u, "those with a shadow ray to the sun")
 LIMIT(LISTS, 3u, "how many there are")
+LIMIT(LIST_ARRAYS, 4u, "those that go on at even steps, at odd ones; then the others")
 
 // How long lists are.
 RECORD(clast_path_queue)
@@ -50,7 +51,7 @@ RECORD(clast_path_queue)
     uint lengths[3];
     uint growing[3]; // of the lists that a step is making
     uint rejected;   // samples that were not finite
-    uint rays[2];    // traced beside the primary ones: 64 bits, the lower half first
+    packed_address rays; // traced beside the primary ones
 };
 RECORD_SIZE(clast_path_queue, 72)
 
@@ -64,8 +65,8 @@ RECORD(clast_device_render)
     packed_address paths;     // PATH_PIECES arrays of `capacity`
     packed_address direct;    // of each path, the light that was not clamped: four floats; 0 where nothing is clamped
     packed_address hits;      // HIT_PIECES arrays of `capacity`
-    packed_address shadows;   // SHADOW_PIECES arrays of `capacity`, of LIST_LIGHT; then the same of LIST_SUN
-    packed_address lists;     // two of `capacity` paths: those of an even step, of an odd one
+    packed_address shadows;   // SHADOW_PIECES arrays of `capacity` for a light; then the same for the sun
+    packed_address lists;     // LIST_ARRAYS of `capacity` paths
     packed_address queue;     // clast_path_queue
     packed_address views[13]; // by CLAST_VIEW_: rows of pixels; 0 where it is not wanted
     uint capacity;            // paths that can be under way

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adds what a tile's paths found to the pictures' sums: the twin of src/render/path.c's finish_path().
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "render/paths.glsl"
+
+layout(constant_id = 1) const uint FIREFLIES = CLAST_FIREFLIES_KEPT;
+
+void main()
+{
+    uint path = linear_group() * PATH_GROUP + gl_LocalInvocationIndex;
+    clast_path_pixel pixel = pixel_of_path(path);
+    if (path >= push.places || !is_in_picture(pixel)) {
+        return;
+    }
+    vec4 found = load_piece(PATH_RADIANCE, path);
+    vec3 radiance = vec3(found[0], found[1], found[2]);
+    if (FIREFLIES == CLAST_FIREFLIES_CLAMPED) {
+        vec4 direct = float4s(load_address(render_of().of.direct)).at[path];
+        radiance = clamp_indirect(radiance, vec3(direct[0], direct[1], direct[2]));
+    }
+    if (!is_finite3(radiance)) {
+        atomicAdd(queue_of().of.rejected, 1u);
+    } else {
+        add_to_view(CLAST_VIEW_COLOUR, pixel, radiance);
+    }
+}

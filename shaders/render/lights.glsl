@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lights sampled: the twin of src/render/lights.c and surroundings.c, whose tables it reads.
+#ifndef CLAST_RENDER_LIGHTS_GLSL
+#define CLAST_RENDER_LIGHTS_GLSL
+
+#include "render/surface.glsl"
+#include "shared/device_lights.h"
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer lights_reference { clast_device_lights of; };
+ARRAY_OF(punctual_lights, clast_light, 4)
+ARRAY_OF(emitter_list, clast_emitter, 4)
+
+// What lights are made of, beside their own tables.
+struct light_room
+{
+    frame_reference frame;
+    materials_reference materials;
+    lights_reference lights;
+};
+
+// -------------------------------------------------------------------------------------------------- choice by weight
+
+// The entry of a running sum that a number falls into, and where in it.
+struct found_sum
+{
+    uint entry;
+    float rest;  // 0 to 1
+    float share; // of the entry
+};
+
+found_sum sums_find(uint64_t sums, uint count, float u)
+{
+    floats values = floats(sums);
+    clast_search search = search_between(0u, count);
+    while (search_goes_on(search)) {
+        search = search_step(search, u < values.at[search_middle(search)]);
+    }
+    float low = values.at[search.low];
+    float high = values.at[search.low + 1u];
+    return found_sum(search.low, place_between(low, high, u), high - low);
+}
+
+float sums_share(uint64_t sums, uint entry)
+{
+    return floats(sums).at[entry + 1u] - floats(sums).at[entry];
+}
+
+// ----------------------------------------------------------------------------------------------------- surroundings
+
+vec3 image_radiance(materials_reference materials, clast_device_image image, vec2 place)
+{
+    clast_texel_pair x = linear_texels(place[0], CLAST_WRAP_REPEAT, size_width(image.size));
+    clast_texel_pair y = linear_texels(place[1], CLAST_WRAP_CLAMP, size_height(image.size));
+    vec4 value = image_blend(materials, image, x, y, ENCODING_SRGB);
+    return min3(max3(splat3(0.0f), vec3(value[0], value[1], value[2])), splat3(1e30f));
+}
+
+vec3 sky_radiance(uint64_t sky, vec2 place)
+{
+    clast_texel_pair x = linear_texels(place[0], CLAST_WRAP_REPEAT, SKY_WIDTH);
+    clast_texel_pair y = linear_texels(place[1], CLAST_WRAP_CLAMP, SKY_HEIGHT);
+    positions3 upper = positions3(sky + 12ul * uint64_t(y.first * SKY_WIDTH));
+    positions3 lower = positions3(sky + 12ul * uint64_t(y.second * SKY_WIDTH));
+    return mix3(mix3(load3(upper.at[x.first]), load3(upper.at[x.second]), x.weight),
+                mix3(load3(lower.at[x.first]), load3(lower.at[x.second]), x.weight), y.weight);
+}
+
+vec3 surroundings_radiance(light_room room, vec3 direction)
+{
+    vec3 factor = load3(room.lights.of.factor);
+    clast_device_image image = room.lights.of.image;
+    uint64_t sky = load_address(room.lights.of.sky);
+    bool is_even = image.texture == CLAST_NONE && sky == 0ul;
+    vec2 place = is_even ? splat2(0.0f) : surroundings_place(direction, room.lights.of.rotation);
+    if (image.texture != CLAST_NONE) {
+        factor = factor * image_radiance(room.materials, image, place);
+    } else if (sky != 0ul) {
+        factor = factor * sky_radiance(sky, place);
+    }
+    return factor;
+}
+
+uint64_t row_of_cells(lights_reference lights, uint row)
+{
+    return load_address(lights.of.cell_sums) + 4ul * uint64_t(row) * uint64_t(lights.of.cells_width + 1u);
+}
+
+float surroundings_density(lights_reference lights, vec3 direction)
+{
+    vec2 place = surroundings_place(direction, lights.of.rotation);
+    uint width = lights.of.cells_width;
+    uint height = lights.of.cells_height;
+    clast_cell cell = cell_of_place(place, width, height);
+    float share = sums_share(load_address(lights.of.row_sums), cell.row) *
+                  sums_share(row_of_cells(lights, cell.row), cell.column);
+    return cell_density(share, cell.row, width, height);
+}
+
+vec3 surroundings_sample(lights_reference lights, vec2 u)
+{
+    uint width = lights.of.cells_width;
+    uint height = lights.of.cells_height;
+    found_sum row = sums_find(load_address(lights.of.row_sums), height, u[1]);
+    found_sum column = sums_find(row_of_cells(lights, row.entry), width, u[0]);
+    clast_cell cell;
+    cell.row = row.entry;
+    cell.column = column.entry;
+    return cell_direction(cell, vec2(column.rest, row.rest), width, height, lights.of.rotation);
+}
+
+// ------------------------------------------------------------------------------------------------------------ far away
+
+// What comes from far away along a direction (unit length).
+vec3 distant_radiance(light_room room, vec3 direction)
+{
+    uint flags = room.lights.of.flags;
+    vec3 radiance = splat3(0.0f);
+    if (flags != 0u) {
+        radiance = surroundings_radiance(room, direction);
+    }
+    if ((flags & LIGHTS_SUN) != 0u) {
+        radiance = radiance + sun_radiance(load3(room.lights.of.sun.z), room.lights.of.sun_height,
+                                           load3(room.lights.of.sun_irradiance), room.lights.of.sun_density, direction);
+    }
+    return radiance;
+}
+
+float distant_density(lights_reference lights, clast_light_shares shares, vec3 direction)
+{
+    float density = 0.0f;
+    if (shares.surroundings > 0.0f) {
+        density = shares.surroundings * surroundings_density(lights, direction);
+    }
+    return density + sun_density_at(load3(lights.of.sun.z), lights.of.sun_height, lights.of.sun_density, shares.sun,
+                                    direction);
+}
+
+// --------------------------------------------------------------------------------------------------------------- shares
+
+clast_light punctual_light(lights_reference lights, uint number)
+{
+    return punctual_lights(load_address(lights.of.punctual)).at[number];
+}
+
+float punctual_strength(lights_reference lights, uint number, vec3 position)
+{
+    return luminance(load3(light_incoming(punctual_light(lights, number), position).irradiance));
+}
+
+float punctual_sum(lights_reference lights, vec3 position, vec3 geometric_normal, vec3 normal)
+{
+    uint count = lights.of.punctual_count;
+    float sum = 0.0f;
+    if (count > PUNCTUAL_WEIGHED) {
+        sum = rough_divide(lights.of.punctual_total, lights.of.extent * lights.of.extent);
+    } else {
+        for (uint i = 0u; i < count; i++) {
+            clast_incoming incoming = light_incoming(punctual_light(lights, i), position);
+            sum += luminance(load3(incoming.irradiance)) *
+                   light_facing(geometric_normal, normal, load3(incoming.direction));
+        }
+    }
+    return sum;
+}
+
+// The shares at a point; both normals face the viewer.
+clast_light_shares lights_share(lights_reference lights, vec3 position, vec3 geometric_normal, vec3 normal)
+{
+    uint flags = lights.of.flags;
+    float surroundings = 0.0f;
+    float sun = 0.0f;
+    float emitters = 0.0f;
+    if ((flags & LIGHTS_SURROUNDINGS) != 0u) {
+        surroundings = surroundings_strength(lights.of.upper, lights.of.lower, normal);
+    }
+    if ((flags & LIGHTS_SUN) != 0u) {
+        sun = sun_share(load3(lights.of.sun.z), lights.of.sun_height, geometric_normal);
+    }
+    if (lights.of.emitter_count != 0u) {
+        emitters = emitters_strength(lights.of.emitter_total, load3(lights.of.emitter_centre), lights.of.emitter_radius,
+                                     position);
+    }
+    float punctual = punctual_sum(lights, position, geometric_normal, normal);
+    return shares_of_strengths(surroundings, sun, punctual, emitters);
+}
+
+// -------------------------------------------------------------------------------------------------------------- samples
+
+clast_light_sample sample_distant(light_room room, clast_light_shares shares, vec3 direction)
+{
+    clast_light_sample light = no_light();
+    light.direction = store3(direction);
+    light.is_distant = 1u;
+    light.radiance = store3(distant_radiance(room, direction));
+    light.density = distant_density(room.lights, shares, direction);
+    return light;
+}
+
+// Which punctual light, and how likely. The weights are computed twice, as they are too many to be kept.
+struct chosen_light
+{
+    uint number;
+    float density;
+};
+
+chosen_light choose_punctual(lights_reference lights, vec3 position, float choice)
+{
+    uint count = lights.of.punctual_count;
+    chosen_light made;
+    if (count > PUNCTUAL_WEIGHED) {
+        found_sum found = sums_find(load_address(lights.of.punctual_sums), count, choice);
+        made.number = found.entry;
+        made.density = found.share;
+    } else {
+        float sum = 0.0f;
+        for (uint i = 0u; i < count; i++) {
+            sum += punctual_strength(lights, i, position);
+        }
+        clast_weighed_choice chosen = choice_begin();
+        for (uint i = 0u; i < count; i++) {
+            chosen = choice_step(chosen, i, punctual_strength(lights, i, position), choice * sum);
+        }
+        made.number = chosen.chosen;
+        made.density = chosen.chosen < count && is_finite1(sum) ? rough_divide(chosen.weight, sum) : 0.0f;
+    }
+    return made;
+}
+
+clast_light_sample sample_punctual(lights_reference lights, clast_light_shares shares, vec3 position, float choice)
+{
+    chosen_light chosen = choose_punctual(lights, position, choice);
+    clast_light_sample light = no_light();
+    if (chosen.density > 0.0f) {
+        clast_light from = punctual_light(lights, chosen.number);
+        clast_incoming incoming = light_incoming(from, position);
+        light.direction = incoming.direction;
+        light.target = from.position;
+        light.is_distant = from.type == CLAST_LIGHT_DIRECTIONAL ? 1u : 0u;
+        light.is_point = 1u;
+        light.radiance = incoming.irradiance;
+        light.density = shares.punctual * chosen.density;
+    }
+    return light;
+}
+
+clast_light_sample sample_emitter(light_room room, clast_light_shares shares, vec3 position, float choice, vec2 u)
+{
+    found_sum found = sums_find(load_address(room.lights.of.emitter_sums), room.lights.of.emitter_count, choice);
+    clast_emitter emitter = emitter_list(load_address(room.lights.of.emitters)).at[found.entry];
+    vec2 weights = sample_triangle(u);
+    clast_emitter_point point = emitter_point(emitter, weights, position);
+    clast_light_sample light = no_light();
+    if (point.distance > 0.0f) {
+        instance_reference instance = instance_at(room.frame, emitter.instance);
+        clast_box bounds = unit_at(load_address(room.frame.of.units), instance.of.unit).of.bounds;
+        vec3 lower = load3(bounds.lower);
+        vec3 upper = load3(bounds.upper);
+        vec3 largest = max3(max3(upper, lower * -1.0f), splat3(0.0f));
+        vec3 error = position_error(instance.of.to_world, instance.of.to_object, largest, largest3(upper - lower),
+                                    load3(point.place));
+        clast_surface_point on_source;
+        on_source.primitive = emitter.primitive;
+        on_source.coordinates = store2(weights);
+        on_source.level = 0.0f;
+        light.direction = point.direction;
+        light.target = store3(emitter_target(point, error));
+        light.radiance =
+            store3(emission_at(room.frame, room.materials, emitter.instance, emitter.material, on_source));
+        light.density = emitter_density(shares.emitters, found.share, emitter.area, point.distance,
+                                        dot3(load3(point.normal), load3(point.direction)));
+    }
+    return light;
+}
+
+// A point of the sun; of density 0 where its share is none.
+clast_light_sample lights_sample_sun(light_room room, clast_light_shares shares, vec2 u)
+{
+    clast_light_sample light = no_light();
+    if (shares.sun > 0.0f) {
+        vec3 within = sample_cone(u, room.lights.of.sun_height);
+        light = sample_distant(room, shares, normalize3(from_basis(room.lights.of.sun, within)));
+    }
+    return light;
+}
+
+// Chooses one of the other lights by `choice` in [0, 1) and a point of it by `u`.
+clast_light_sample lights_sample(light_room room, clast_light_shares shares, vec3 position, float choice, vec2 u)
+{
+    clast_light_sample light = no_light();
+    float after = choice - shares.surroundings;
+    float last = after - shares.punctual;
+    if (choice < shares.surroundings) {
+        light = sample_distant(room, shares, surroundings_sample(room.lights, u));
+    } else if (after < shares.punctual) {
+        light = sample_punctual(room.lights, shares, position, rough_divide(after, shares.punctual));
+    } else if (shares.emitters > 0.0f) {
+        light = sample_emitter(room, shares, position, min1(rough_divide(last, shares.emitters), 0.99999994f), u);
+    }
+    return light;
+}
+
+// The density with which an emissive triangle is found. Emitters of an instance are in order of their primitives.
+float emitter_density_at(lights_reference lights, float emitters_share, uint frame_instance, uint primitive,
+                         float distance, float cosine)
+{
+    if (!(emitters_share > 0.0f)) {
+        return 0.0f;
+    }
+    emitter_list emitters = emitter_list(load_address(lights.of.emitters));
+    uints first_emitter = uints(load_address(lights.of.first_emitter));
+    uint first = first_emitter.at[frame_instance];
+    uint end = first_emitter.at[frame_instance + 1u];
+    clast_search search = search_between(first, end);
+    while (search_goes_on(search)) {
+        search = search_step(search, primitive < emitters.at[search_middle(search)].primitive);
+    }
+    if (first == end || emitters.at[search.low].primitive != primitive) {
+        return 0.0f; // it has no area, or its source has no such list: found by chance alone
+    }
+    float share = sums_share(load_address(lights.of.emitter_sums), search.low);
+    return emitter_density(emitters_share, share, emitters.at[search.low].area, distance, cosine);
+}
+
+#endif
