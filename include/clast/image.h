@@ -24,13 +24,27 @@ typedef struct clast_image_layer {
     const char *channels; /**< one letter each, as "RGB" or "XYZ" */
     bool is_integer;      /**< uint32_t instead of float */
     const void *pixels;   /**< interleaved */
+    bool is_half;         /**< stored as 16-bit floats, which reach 65504 with 11 bits; not for integers */
 } clast_image_layer;
 
-/** Writes an image by the extension of `path`: .png (UNORM8, UNORM16), .pfm (FLOAT, 1 or 3 channels), .exr (FLOAT), .hdr
- *  (FLOAT, 3 channels). Nothing appears under `path` unless the file is whole.
+/** Reads a layer of an EXR file, as floats, which integers up to 2^24 become without loss. `layer` is a name that
+ *  clast_image_list_layers tells; an empty one is the picture that clast_image_read gives. UNSUPPORTED where the file is no EXR file,
+ *  has no such layer, or one of more than four channels; else as clast_image_read. */
+CLAST_API clast_status clast_image_read_layer(clast_context *context, const char *path, const char *layer,
+                                              clast_image *image);
+/** Told of each layer; the name is valid during the call only. */
+typedef void (*clast_layer_function)(void *user, const char *layer);
+/** Lists the layers of an EXR file's flat parts, by name, each once: what stands before the last dot of channels' names. Channels
+ *  without a dot are a layer each of their own name, but for those of the picture (R, G, B, A or Y), whose layer's name is empty.
+ *  UNSUPPORTED where the file is no EXR file; LIMIT where it has more than 1024 channels; else as clast_image_read. */
+CLAST_API clast_status clast_image_list_layers(clast_context *context, const char *path, clast_layer_function function,
+                                               void *user);
+
+/** Writes an image by the extension of `path`: .png (UNORM8, UNORM16), .jpg or .jpeg (UNORM8, 1 or 3 channels), .pfm (FLOAT, 1 or
+ *  3 channels), .exr (FLOAT), .hdr (FLOAT, 3 channels). Nothing appears under `path` unless the file is whole.
  *  Errors: INVALID_ARGUMENT, UNSUPPORTED, FILE_WRITE, OUT_OF_MEMORY. */
 CLAST_API clast_status clast_image_write(clast_context *context, const char *path, const clast_image *image);
-/** Writes an EXR file of several layers, 32-bit, ZIP compressed. */
+/** Writes an EXR file of several layers, ZIP compressed. */
 CLAST_API clast_status clast_image_write_layers(clast_context *context, const char *path, uint32_t width,
                                                 uint32_t height, const clast_image_layer *layers, size_t count);
 

@@ -127,6 +127,10 @@ CLAST_API clast_status clast_render(clast_renderer *renderer, const clast_render
 CLAST_API clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values,
                                              uint32_t width, uint32_t height, const clast_render_settings *settings,
                                              uint8_t *pixels);
+/** The same of 16 bits: 3 values for each pixel. */
+CLAST_API clast_status clast_view_to_display_16(clast_context *context, clast_view view, const void *values,
+                                                uint32_t width, uint32_t height, const clast_render_settings *settings,
+                                                uint16_t *pixels);
 
 #ifdef __cplusplus
 }

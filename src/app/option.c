@@ -11,6 +11,7 @@ CHOICES(CLAST_INTEGRATOR_LIST)
 CHOICES(CLAST_TONE_MAP_LIST)
 CHOICES(CLAST_VIEW_LIST)
 CHOICES(CLAST_DEVICE_LIST)
+CHOICES(CLAST_BITS_LIST)
 CHOICES(CLAST_ISA_CHOICE_LIST)
 
 // Settings are options of both verbs that make a frame.
@@ -76,8 +77,8 @@ bool clast_option_is_for(const clast_option *option, clast_verb verb)
 static const char *const render_details[] = {
     "INPUT is a scene: glTF 2.0 (.gltf, .glb), Wavefront (.obj), Stanford (.ply), stereolithography (.stl) or a scene file (.json). A scene without "
     "camera gets one that sees all of it; one without light gets a sky with a sun.",
-    "OUTPUT is a picture: .png (as seen on a screen: tone map and exposure for colour, false colours for other views), .exr "
-    "(32-bit layers: all views, or the one that --view names), .pfm or .hdr (linear values of one view). Without it, the name is "
+    "OUTPUT is a picture: .png or .jpg (as seen on a screen: tone map and exposure for colour, false colours for other views), .exr "
+    "(layers: all views, or the one that --view names), .pfm or .hdr (linear values of one view). Without it, the name is "
     "the input's with .png, in the current folder.",
     "A setting that is not on the command line has the value of the scene file, where it has one.",
     "With --frames, a picture of each frame is written as soon as it is done: picture.0001.png and so on for picture.png. The "
@@ -109,7 +110,9 @@ static const char *const compare_details[] = {
     "squared error (MSE), the peak signal-to-noise ratio for a peak of 1 (PSNR), the largest difference of a channel, and where it "
     "is. A value that is not a number in one image only is an infinite difference. FLIP is what an eye sees of the difference when "
     "B takes A's place, 0 to 1; of two float images, the largest of the exposures that suit A.",
-    "ERRORS is a picture of FLIP: its values as .pfm or .exr, in false colours as .png, black where nothing is seen.",
+    "ERRORS is a picture of FLIP: its values as .pfm or .exr, in false colours as .png or .jpg, black where nothing is seen.",
+    "Of EXR files with layers, --layer chooses one. With --layer all, each is compared by itself, and one that only one file has makes them "
+    "differ; FLIP is of the picture alone.",
     NULL,
 };
 static const char *const validate_details[] = {

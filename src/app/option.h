@@ -38,6 +38,15 @@ typedef enum clast_exit { CLAST_EXIT_LIST(CLAST_ENUMERATOR) } clast_exit;
 
 typedef enum clast_device { CLAST_DEVICE_LIST(CLAST_ENUMERATOR) } clast_device;
 
+// X(name, value, text): bits of a channel of a picture that is written.
+#define CLAST_BITS_LIST(X) \
+    X(CLAST_BITS_AUTOMATIC, 0, "auto") \
+    X(CLAST_BITS_8, 8, "8") \
+    X(CLAST_BITS_16, 16, "16") \
+    X(CLAST_BITS_32, 32, "32")
+
+typedef enum clast_bits { CLAST_BITS_LIST(CLAST_ENUMERATOR) } clast_bits;
+
 enum {
     CLAST_IN_RENDER = 1 << CLAST_VERB_RENDER,
     CLAST_IN_GENERATE = 1 << CLAST_VERB_GENERATE,
@@ -60,6 +69,8 @@ enum {
 #define CLAST_COMMAND_OPTION_LIST(UINT, REAL, CHOICE, SIZE, FLAG, TEXT, OPTIONAL, RANGE) \
     CHOICE(CLAST_IN_RENDER, view, "view", CLAST_VIEW_LIST, CLAST_VIEW_COLOUR, \
            "what the picture shows; an .exr output holds all views as layers unless this is given") \
+    CHOICE(CLAST_IN_RENDER, bits, "bits", CLAST_BITS_LIST, CLAST_BITS_AUTOMATIC, \
+           "of a channel: .png has 8, or 16; .exr 32, or 16 for colours and normals") \
     TEXT(CLAST_IN_RENDER | CLAST_IN_INFO | CLAST_IN_EXPORT, chosen_scene, "scene", "SCENE", \
          "name or number of one of the scenes of a glTF file; without it, the file's default") \
     TEXT( \
@@ -91,6 +102,8 @@ enum {
          "largest difference of a channel of images that agree; without both bounds, 0: equal images") \
     REAL(CLAST_IN_COMPARE, max_flip, "max-flip", 0.0, 0.0, 1.0, "X", \
          "largest mean of FLIP, the difference that an eye sees, 0 to 1, of images that agree") \
+    TEXT(CLAST_IN_COMPARE, layer, "layer", "LAYER", \
+         "layer of two EXR files that is compared, as N or depth's Z; all: each layer, of which all must agree") \
     REAL(CLAST_IN_COMPARE, pixels_per_degree, "pixels-per-degree", 67.0206433, 1.0, 10000.0, "N", \
          "of the viewer's sight, for FLIP; the default is a 4K monitor as far away as it is wide") \
     OPTIONAL(CLAST_IN_ALL & ~CLAST_IN_GENERATE, json, "json", "FILE", \

@@ -46,16 +46,31 @@ static view_info view_about(clast_view view)
 
 static bool find_format(const char *path, clast_output_format *format)
 {
-    static const char *const extensions[] = {"png", "exr", "pfm", "hdr"};
+    static const struct {
+        const char *extension;
+        clast_output_format format;
+    } formats[] = {{"png", CLAST_OUTPUT_PNG}, {"exr", CLAST_OUTPUT_EXR},  {"pfm", CLAST_OUTPUT_PFM},
+                   {"hdr", CLAST_OUTPUT_HDR}, {"jpg", CLAST_OUTPUT_JPEG}, {"jpeg", CLAST_OUTPUT_JPEG}};
     char extension[8];
     clast_path_extension(path, extension, sizeof extension);
-    for (size_t i = 0; i < sizeof extensions / sizeof *extensions; i++) {
-        if (strcmp(extension, extensions[i]) == 0) {
-            *format = (clast_output_format)i;
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
+        if (strcmp(extension, formats[i].extension) == 0) {
+            *format = formats[i].format;
             return true;
         }
     }
     return false;
+}
+
+// The bits of a channel that are asked for, or the format's usual ones; 0 where it has no such channels.
+static uint32_t bits_of(clast_output_format format, uint32_t wanted)
+{
+    uint32_t least = format == CLAST_OUTPUT_EXR ? 16 : format == CLAST_OUTPUT_PNG ? 8 : 0;
+    if (least == 0) {
+        return wanted == CLAST_BITS_AUTOMATIC ? 8 : 0;
+    }
+    uint32_t usual = format == CLAST_OUTPUT_EXR ? 32 : 8, bits = wanted == CLAST_BITS_AUTOMATIC ? usual : wanted;
+    return bits == least || bits == 2 * least ? bits : 0;
 }
 
 // The input's name without folder and extension, with .png.
@@ -84,7 +99,12 @@ clast_exit clast_output_plan(clast_session *session, clast_output *picture)
         return clast_session_fail(session, CLAST_ERROR_OUT_OF_MEMORY);
     }
     if (!find_format(picture->path, &picture->format)) {
-        clast_print_error("%s: expected an output that ends in .png, .exr, .pfm or .hdr", picture->path);
+        clast_print_error("%s: expected an output that ends in .png, .jpg, .exr, .pfm or .hdr", picture->path);
+        return CLAST_EXIT_USAGE;
+    }
+    picture->bits = bits_of(picture->format, command->bits);
+    if (picture->bits == 0) {
+        clast_print_error("--bits: .png has 8 or 16, .exr 16 or 32, others no choice");
         return CLAST_EXIT_USAGE;
     }
     clast_view view = (clast_view)command->view;
@@ -167,21 +187,34 @@ clast_status clast_output_allocate(clast_context *context, clast_output *picture
 
 static clast_status write_display(clast_context *context, clast_output *picture, const clast_render_settings *settings)
 {
-    size_t pixels = (size_t)picture->width * picture->height;
-    uint8_t *bytes = clast_allocate(context, pixels, 3);
-    if (bytes == NULL) {
+    size_t pixels = (size_t)picture->width * picture->height, size = 3 * (size_t)picture->bits / 8;
+    void *values = clast_allocate(context, pixels, size);
+    if (values == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     const clast_render_output *output = &picture->outputs[0];
-    clast_status status = clast_view_to_display(context, output->view, output->pixels, picture->width, picture->height,
-                                                settings, bytes);
-    if (status == CLAST_OK) {
-        clast_image image = {picture->width, picture->height, 3, CLAST_PIXEL_UNORM8, bytes};
-        status = clast_image_write(context, picture->path, &image);
-        picture->hash = XXH3_64bits(bytes, pixels * 3);
+    clast_image image = {picture->width, picture->height, 3, CLAST_PIXEL_UNORM8, values};
+    clast_status status;
+    if (picture->bits == 16) {
+        image.type = CLAST_PIXEL_UNORM16;
+        status = clast_view_to_display_16(context, output->view, output->pixels, picture->width, picture->height,
+                                          settings, values);
+    } else {
+        status = clast_view_to_display(context, output->view, output->pixels, picture->width, picture->height, settings,
+                                       values);
     }
-    clast_free(context, bytes);
+    if (status == CLAST_OK) {
+        status = clast_image_write(context, picture->path, &image);
+        picture->hash = XXH3_64bits(values, pixels * size);
+    }
+    clast_free(context, values);
     return status;
+}
+
+// Distances and positions in a texture need all bits; colours and unit vectors can do with half of them.
+static bool can_be_half(clast_view view)
+{
+    return view == CLAST_VIEW_COLOUR || view == CLAST_VIEW_ALBEDO || view == CLAST_VIEW_NORMAL;
 }
 
 static clast_status write_layers(clast_context *context, clast_output *picture)
@@ -191,7 +224,11 @@ static clast_status write_layers(clast_context *context, clast_output *picture)
     picture->hash = 0;
     for (size_t i = 0; i < picture->output_count; i++) {
         view_info info = view_about(picture->outputs[i].view);
-        layers[i] = (clast_image_layer){info.layer, info.channel_names, !info.is_float, picture->outputs[i].pixels};
+        layers[i] = (clast_image_layer){.name = info.layer,
+                                        .channels = info.channel_names,
+                                        .is_integer = !info.is_float,
+                                        .is_half = picture->bits == 16 && can_be_half(picture->outputs[i].view),
+                                        .pixels = picture->outputs[i].pixels};
         picture->hash = XXH3_64bits_withSeed(picture->outputs[i].pixels, pixels * info.channels * sizeof(float),
                                              picture->hash);
     }
@@ -230,7 +267,8 @@ static clast_status write_linear(clast_context *context, clast_output *picture)
 clast_status clast_output_write(clast_context *context, clast_output *picture, const clast_render_settings *settings)
 {
     switch (picture->format) {
-    case CLAST_OUTPUT_PNG: return write_display(context, picture, settings);
+    case CLAST_OUTPUT_PNG:
+    case CLAST_OUTPUT_JPEG: return write_display(context, picture, settings);
     case CLAST_OUTPUT_EXR: return write_layers(context, picture);
     case CLAST_OUTPUT_PFM:
     case CLAST_OUTPUT_HDR: return write_linear(context, picture);

@@ -10,12 +10,14 @@ typedef enum clast_output_format {
     CLAST_OUTPUT_PNG,
     CLAST_OUTPUT_EXR,
     CLAST_OUTPUT_PFM,
-    CLAST_OUTPUT_HDR
+    CLAST_OUTPUT_HDR,
+    CLAST_OUTPUT_JPEG,
 } clast_output_format;
 
 typedef struct clast_output {
     char *path;
     clast_output_format format;
+    uint32_t bits;                                  // of a channel, where the format has a choice
     clast_render_output outputs[CLAST_VIEW_COUNT_]; // pixels are blocks of clast_allocate
     size_t output_count;
     uint32_t width, height;

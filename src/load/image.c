@@ -128,6 +128,49 @@ clast_status clast_image_read(clast_context *context, const char *path, clast_im
     return status;
 }
 
+// ------------------------------------------------------------------------------------------------------------- layers
+
+// Maps a file that must be EXR.
+static clast_status map_layers(clast_context *context, const char *path, clast_file_view *file)
+{
+    clast_status status = clast_file_map(context, path, file);
+    if (status == CLAST_OK && decoder_of((clast_bytes){file->data, file->size}) != clast_exr_decode) {
+        clast_file_unmap(context, file);
+        return clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: only EXR files have layers", path);
+    }
+    return status;
+}
+
+clast_status clast_image_read_layer(clast_context *context, const char *path, const char *layer, clast_image *image)
+{
+    if (context == NULL || path == NULL || layer == NULL || image == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    *image = (clast_image){0};
+    clast_file_view file;
+    clast_status status = map_layers(context, path, &file);
+    if (status == CLAST_OK) {
+        status = clast_exr_decode_layer(context, path, (clast_bytes){file.data, file.size}, layer, image);
+        clast_file_unmap(context, &file);
+    }
+    return status;
+}
+
+clast_status clast_image_list_layers(clast_context *context, const char *path, clast_layer_function function,
+                                     void *user)
+{
+    if (context == NULL || path == NULL || function == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_file_view file;
+    clast_status status = map_layers(context, path, &file);
+    if (status == CLAST_OK) {
+        status = clast_exr_list_layers(context, path, (clast_bytes){file.data, file.size}, function, user);
+        clast_file_unmap(context, &file);
+    }
+    return status;
+}
+
 // ------------------------------------------------------------------------------------------------------------ writing
 
 static bool image_is_valid(const clast_image *image)
@@ -159,6 +202,8 @@ static const writer writers[] = {
     {"pfm", TYPE(CLAST_PIXEL_FLOAT), 0x0a, "float pixels of 1 or 3 channels", clast_pfm_encode},
     {"exr", TYPE(CLAST_PIXEL_FLOAT), 0x1e, "float pixels", exr_encode_image},
     {"hdr", TYPE(CLAST_PIXEL_FLOAT), 0x08, "float pixels of 3 channels", clast_hdr_encode},
+    {"jpg", TYPE(CLAST_PIXEL_UNORM8), 0x0a, "8-bit pixels of 1 or 3 channels", clast_jpeg_encode},
+    {"jpeg", TYPE(CLAST_PIXEL_UNORM8), 0x0a, "8-bit pixels of 1 or 3 channels", clast_jpeg_encode},
 };
 
 static const writer *writer_of(const char *path)
@@ -185,7 +230,7 @@ clast_status clast_image_write(clast_context *context, const char *path, const c
     const writer *found = writer_of(path);
     if (found == NULL) {
         return clast_fail(context, CLAST_ERROR_UNSUPPORTED,
-                          "%s: not an image type that clast writes: expected .png, .exr, .pfm or .hdr", path);
+                          "%s: not an image type that clast writes: expected .png, .jpg, .exr, .pfm or .hdr", path);
     }
     if (!(found->types & TYPE(image->type)) || !(found->channels & 1u << image->channels)) {
         return clast_fail(context, CLAST_ERROR_UNSUPPORTED, "%s: .%s takes %s, not %u channels of another type", path,

@@ -36,6 +36,11 @@ clast_status clast_ktx2_decode(clast_context *context, const char *name, clast_b
 clast_status clast_webp_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_tga_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_exr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+// The same of a layer, as clast_image_read_layer has it; and the names of all.
+clast_status clast_exr_decode_layer(clast_context *context, const char *name, clast_bytes bytes, const char *layer,
+                                    clast_image *image);
+clast_status clast_exr_list_layers(clast_context *context, const char *name, clast_bytes bytes,
+                                   clast_layer_function function, void *user);
 
 // Whether the bytes begin as an image of a type that is read.
 bool clast_is_image(clast_bytes bytes);
@@ -47,6 +52,7 @@ void clast_png_encode(clast_file_output *output, const clast_image *image);
 // The same into a new block of clast_allocate.
 clast_status clast_png_encode_block(clast_context *context, const char *name, const clast_image *image, void **block,
                                     size_t *size);
+void clast_jpeg_encode(clast_file_output *output, const clast_image *image);
 void clast_hdr_encode(clast_file_output *output, const clast_image *image);
 void clast_pfm_encode(clast_file_output *output, const clast_image *image);
 void clast_exr_encode(clast_file_output *output, uint32_t width, uint32_t height, const clast_image_layer *layers,

@@ -6,7 +6,10 @@
 
 #include "load/image.h"
 
-enum { CHANNELS_MOST = 4 };
+enum {
+    CHANNELS_MOST = 4,           // of a picture
+    LISTED_CHANNELS_MOST = 1024, // of all parts, where layers are listed: each is compared with all others
+};
 
 typedef struct exr_reader {
     clast_context *context;
@@ -16,6 +19,7 @@ typedef struct exr_reader {
     int part;
     char error[200]; // what the library said first
     exr_attr_box2i_t data, display;
+    const char *layer;                   // that is wanted; null for the picture
     const char *channels[CHANNELS_MOST]; // the file's channel for each of the image's
     uint32_t channel_count;
     clast_image image;
@@ -126,6 +130,58 @@ static bool choose_layer(const exr_attr_chlist_t *list, exr_choice *choice)
 
 // Which channels make the picture: R, G and B; else Y; else R; else the only one there is; else R, G and B of a layer. A goes
 // with each.
+static clast_status choose_picture(const exr_reader *reader, const exr_attr_chlist_t *list, exr_choice *choice)
+{
+    if (choose_colours(list, "", 0, choice)) {
+        return CLAST_OK;
+    }
+    if (find_channel(list, "", 0, "RY") || find_channel(list, "", 0, "BY")) {
+        return unsupported(reader, "luminance and chroma channels (RY, BY) are not read");
+    }
+    if (!choose_grey(list, choice) && !choose_layer(list, choice)) {
+        return unsupported(reader, "expected channels R, G and B, or Y");
+    }
+    return CLAST_OK;
+}
+
+// Of a channel's name, how much is its layer's: up to the last dot; all of it where there is none.
+static size_t layer_length(const char *channel)
+{
+    const char *dot = strrchr(channel, '.');
+    return dot != NULL ? (size_t)(dot - channel) : strlen(channel);
+}
+
+// Where a channel stands among those of its layer: in the order of the field's names, which is not that of the alphabet.
+static int rank_of(const char *channel)
+{
+    static const char order[] = "RGBAXYZUV";
+    const char *dot = strrchr(channel, '.');
+    const char *letter = dot != NULL ? dot + 1 : channel, *found = letter[0] != '\0' ? strchr(order, letter[0]) : NULL;
+    return found != NULL && letter[1] == '\0' ? (int)(found - order) : (int)sizeof order;
+}
+
+// The channels of a layer by name.
+static clast_status choose_named(const exr_reader *reader, const exr_attr_chlist_t *list, exr_choice *choice)
+{
+    size_t length = strlen(reader->layer);
+    choice->count = 0;
+    for (int i = 0; i < list->num_channels; i++) {
+        const char *text = list->entries[i].name.str;
+        if (layer_length(text) != length || strncmp(text, reader->layer, length) != 0) {
+            continue;
+        }
+        if (choice->count == CHANNELS_MOST) {
+            return unsupported(reader, "the layer has more than four channels");
+        }
+        uint32_t place = choice->count++;
+        for (; place > 0 && rank_of(choice->channels[place - 1]->name.str) > rank_of(text); place--) {
+            choice->channels[place] = choice->channels[place - 1];
+        }
+        choice->channels[place] = &list->entries[i];
+    }
+    return choice->count != 0 ? CLAST_OK : unsupported(reader, "the file has no such layer");
+}
+
 static clast_status choose_channels(exr_reader *reader)
 {
     const exr_attr_chlist_t *list;
@@ -134,13 +190,10 @@ static clast_status choose_channels(exr_reader *reader)
         return failed(reader, result);
     }
     exr_choice choice;
-    if (!choose_colours(list, "", 0, &choice)) {
-        if (find_channel(list, "", 0, "RY") || find_channel(list, "", 0, "BY")) {
-            return unsupported(reader, "luminance and chroma channels (RY, BY) are not read");
-        }
-        if (!choose_grey(list, &choice) && !choose_layer(list, &choice)) {
-            return unsupported(reader, "expected channels R, G and B, or Y");
-        }
+    clast_status status = reader->layer != NULL ? choose_named(reader, list, &choice)
+                                                : choose_picture(reader, list, &choice);
+    if (status != CLAST_OK) {
+        return status;
     }
     for (uint32_t i = 0; i < choice.count; i++) {
         if (choice.channels[i]->x_sampling != 1 || choice.channels[i]->y_sampling != 1) {
@@ -179,7 +232,7 @@ static bool window_size(const exr_attr_box2i_t *window, uint64_t *width, uint64_
     return true;
 }
 
-static clast_status read_header(exr_reader *reader)
+static clast_status open_file(exr_reader *reader, int *parts)
 {
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
     settings.error_handler_fn = keep_error;
@@ -188,15 +241,23 @@ static clast_status read_header(exr_reader *reader)
     settings.size_fn = query_size;
     settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_result_t result = exr_start_read(&reader->file, reader->name, &settings);
-    int parts = 0;
     if (result == EXR_ERR_SUCCESS) {
-        result = exr_get_count(reader->file, &parts);
+        result = exr_get_count(reader->file, parts);
     }
-    clast_status status = result == EXR_ERR_SUCCESS ? choose_part(reader, parts) : failed(reader, result);
+    return result == EXR_ERR_SUCCESS ? CLAST_OK : failed(reader, result);
+}
+
+static clast_status read_header(exr_reader *reader)
+{
+    int parts = 0;
+    clast_status status = open_file(reader, &parts);
+    if (status == CLAST_OK) {
+        status = choose_part(reader, parts);
+    }
     if (status != CLAST_OK) {
         return status;
     }
-    result = exr_get_data_window(reader->file, reader->part, &reader->data);
+    exr_result_t result = exr_get_data_window(reader->file, reader->part, &reader->data);
     if (result == EXR_ERR_SUCCESS) {
         result = exr_get_display_window(reader->file, reader->part, &reader->display);
     }
@@ -421,20 +482,116 @@ static clast_status read_pixels(exr_reader *reader)
     return status;
 }
 
+static clast_status decode(exr_reader *reader, clast_image *image)
+{
+    clast_status status = read_header(reader);
+    if (status == CLAST_OK) {
+        status = read_pixels(reader);
+    }
+    if (reader->file != NULL) {
+        exr_finish(&reader->file);
+    }
+    if (status != CLAST_OK) {
+        clast_image_free(reader->context, &reader->image);
+        return status;
+    }
+    *image = reader->image;
+    return CLAST_OK;
+}
+
 clast_status clast_exr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
 {
     exr_reader reader = {.context = context, .name = name, .bytes = bytes};
-    clast_status status = read_header(&reader);
-    if (status == CLAST_OK) {
-        status = read_pixels(&reader);
+    return decode(&reader, image);
+}
+
+clast_status clast_exr_decode_layer(clast_context *context, const char *name, clast_bytes bytes, const char *layer,
+                                    clast_image *image)
+{
+    exr_reader reader = {.context = context, .name = name, .bytes = bytes, .layer = layer[0] != '\0' ? layer : NULL};
+    return decode(&reader, image);
+}
+
+// ------------------------------------------------------------------------------------------------------------- layers
+
+// Whether a channel is of the layer without a name.
+static bool is_of_picture(const char *channel)
+{
+    return channel[0] != '\0' && strchr("RGBAY", channel[0]) != NULL && channel[1] == '\0';
+}
+
+// Whether a layer was told already: by a channel before `end` in this part, or by one of a part before.
+static bool is_told(const exr_reader *reader, int part, int end, const char *channel)
+{
+    size_t length = layer_length(channel);
+    for (int p = 0; p <= part; p++) {
+        const exr_attr_chlist_t *list;
+        if (exr_get_channels(reader->file, p, &list) != EXR_ERR_SUCCESS) {
+            continue;
+        }
+        for (int i = 0; i < (p < part ? list->num_channels : end); i++) {
+            const char *text = list->entries[i].name.str;
+            bool same = is_of_picture(channel) ? is_of_picture(text)
+                                               : !is_of_picture(text) && layer_length(text) == length &&
+                                                     strncmp(text, channel, length) == 0;
+            if (same) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+static clast_status tell_layer(const exr_reader *reader, const char *channel, clast_layer_function function, void *user)
+{
+    size_t length = is_of_picture(channel) ? 0 : layer_length(channel);
+    char *layer = clast_allocate(reader->context, length + 1, 1);
+    if (layer == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    memcpy(layer, channel, length);
+    layer[length] = '\0';
+    function(user, layer);
+    clast_free(reader->context, layer);
+    return CLAST_OK;
+}
+
+static clast_status tell_part(const exr_reader *reader, int part, clast_layer_function function, void *user)
+{
+    const exr_attr_chlist_t *list;
+    exr_result_t result = exr_get_channels(reader->file, part, &list);
+    clast_status status = result == EXR_ERR_SUCCESS ? CLAST_OK : failed(reader, result);
+    for (int i = 0; status == CLAST_OK && i < list->num_channels; i++) {
+        const char *channel = list->entries[i].name.str;
+        if (!is_told(reader, part, i, channel)) {
+            status = tell_layer(reader, channel, function, user);
+        }
+    }
+    return status;
+}
+
+clast_status clast_exr_list_layers(clast_context *context, const char *name, clast_bytes bytes,
+                                   clast_layer_function function, void *user)
+{
+    exr_reader reader = {.context = context, .name = name, .bytes = bytes};
+    int parts = 0, channels = 0;
+    clast_status status = open_file(&reader, &parts);
+    for (int part = 0; status == CLAST_OK && part < parts; part++) {
+        const exr_attr_chlist_t *list;
+        channels += exr_get_channels(reader.file, part, &list) == EXR_ERR_SUCCESS ? list->num_channels : 0;
+        if (channels > LISTED_CHANNELS_MOST || part > LISTED_CHANNELS_MOST) {
+            status = clast_fail(context, CLAST_ERROR_LIMIT, "%s: EXR: more than %d channels", name,
+                                LISTED_CHANNELS_MOST);
+        }
+    }
+    for (int part = 0; status == CLAST_OK && part < parts; part++) {
+        exr_storage_t storage;
+        bool is_flat = exr_get_storage(reader.file, part, &storage) == EXR_ERR_SUCCESS &&
+                       (storage == EXR_STORAGE_SCANLINE || storage == EXR_STORAGE_TILED);
+        status = is_flat ? tell_part(&reader, part, function, user) : CLAST_OK;
     }
     if (reader.file != NULL) {
         exr_finish(&reader.file);
     }
-    if (status != CLAST_OK) {
-        clast_image_free(context, &reader.image);
-        return status;
-    }
-    *image = reader.image;
-    return CLAST_OK;
+    return status;
 }

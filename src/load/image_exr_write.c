@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writing EXR by OpenEXRCore: one part, scanlines, ZIP, 32-bit channels. The library goes back to fill in its chunk
+// Writing EXR by OpenEXRCore: one part, scanlines, ZIP, channels of 32 bits or of 16-bit floats. The library goes back to fill in its chunk
 // table, so the file is made in memory and then handed to the output.
 #include <openexr.h>
 #include <stdio.h>
@@ -12,7 +12,8 @@ typedef struct exr_channel {
     char name[CHANNEL_NAME_SIZE];
     const uint8_t *pixels; // the channel's value of the first pixel
     int32_t stride;        // bytes from pixel to pixel
-    uint16_t type;
+    uint16_t type;         // of the pixels
+    uint16_t stored_type;  // in the file
 } exr_channel;
 
 typedef struct exr_writer {
@@ -80,6 +81,7 @@ static bool list_channels(exr_writer *writer, const clast_image_layer *layers, s
             channel->pixels = (const uint8_t *)layer->pixels + 4 * c;
             channel->stride = (int32_t)(4 * channels);
             channel->type = layer->is_integer ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
+            channel->stored_type = layer->is_half && !layer->is_integer ? EXR_PIXEL_HALF : channel->type;
         }
     }
     return true;
@@ -107,7 +109,7 @@ static exr_result_t write_header(exr_writer *writer, uint32_t width, uint32_t he
     }
     for (size_t i = 0; result == EXR_ERR_SUCCESS && i < writer->channel_count; i++) {
         result = exr_add_channel(writer->file, part, writer->channels[i].name,
-                                 (exr_pixel_type_t)writer->channels[i].type, EXR_PERCEPTUALLY_LINEAR, 1, 1);
+                                 (exr_pixel_type_t)writer->channels[i].stored_type, EXR_PERCEPTUALLY_LINEAR, 1, 1);
     }
     return result == EXR_ERR_SUCCESS ? exr_write_header(writer->file) : result;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JPEG by libturbojpeg.
+// JPEG by libturbojpeg, read and written.
 #include <limits.h>
 #include <turbojpeg.h>
 
@@ -109,4 +109,30 @@ clast_status clast_jpeg_decode(clast_context *context, const char *name, clast_b
         clast_image_free(context, image);
     }
     return status;
+}
+
+// ------------------------------------------------------------------------------------------------------------ writing
+
+enum { QUALITY = 95 }; // without subsampled colours: what a picture to look at can do without, and no more
+
+void clast_jpeg_encode(clast_file_output *output, const clast_image *image)
+{
+    tjhandle handle = tjInitCompress();
+    if (handle == NULL) {
+        output->status = clast_fail(output->context, CLAST_ERROR_OUT_OF_MEMORY, "%s: JPEG: %s", output->path,
+                                    tjGetErrorStr2(NULL));
+        return;
+    }
+    bool is_grey = image->channels == 1;
+    unsigned char *bytes = NULL;
+    unsigned long size = 0;
+    if (tjCompress2(handle, image->pixels, (int)image->width, 0, (int)image->height, is_grey ? TJPF_GRAY : TJPF_RGB,
+                    &bytes, &size, is_grey ? TJSAMP_GRAY : TJSAMP_444, QUALITY, TJFLAG_ACCURATEDCT) == 0) {
+        clast_file_write(output, bytes, size);
+    } else {
+        output->status = clast_fail(output->context, CLAST_ERROR_UNSUPPORTED, "%s: JPEG: %s", output->path,
+                                    tjGetErrorStr2(handle));
+    }
+    tjFree(bytes);
+    tjDestroy(handle);
 }

@@ -14,7 +14,8 @@ typedef struct display_job {
     float gain;
     float area;      // of the triangles that are wanted, in pixels
     float low, high; // depth: logarithms of the nearest and farthest; steps: 0 and the most
-    uint8_t *pixels;
+    uint8_t *bytes;  // one of the two
+    uint16_t *words;
 } display_job;
 
 static vec3 vector_at(const void *values, size_t i)
@@ -107,8 +108,13 @@ static void display_range(void *data, size_t begin, size_t end, uint32_t worker)
     const display_job *job = data;
     for (size_t i = begin; i < end; i++) {
         vec3 colour = pixel_colour(job, i);
-        for (int c = 0; c < 3; c++) {
-            job->pixels[3 * i + (size_t)c] = (uint8_t)(clamp1(colour[c], 0.0f, 1.0f) * 255.0f + 0.5f);
+        for (size_t c = 0; c < 3; c++) {
+            float value = clamp1(colour[c], 0.0f, 1.0f);
+            if (job->bytes != NULL) {
+                job->bytes[3 * i + c] = (uint8_t)(value * 255.0f + 0.5f);
+            } else {
+                job->words[3 * i + c] = (uint16_t)(value * 65535.0f + 0.5f);
+            }
         }
     }
 }
@@ -135,20 +141,21 @@ static void find_range(display_job *job, size_t count)
     }
 }
 
-clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values, uint32_t width,
-                                   uint32_t height, const clast_render_settings *settings, uint8_t *pixels)
+static clast_status to_display(clast_context *context, const display_job *wanted, uint32_t width, uint32_t height,
+                               const clast_render_settings *settings)
 {
     if (context == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
-    if ((uint32_t)view >= CLAST_VIEW_COUNT_ || values == NULL || pixels == NULL || width == 0 || height == 0) {
+    display_job job = *wanted;
+    if ((uint32_t)job.view >= CLAST_VIEW_COUNT_ || job.values == NULL || (job.bytes == NULL && job.words == NULL) ||
+        width == 0 || height == 0) {
         return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
                           "view to display: there is no such view, or no pixels");
     }
     clast_render_settings resolved = settings != NULL ? *settings : (clast_render_settings){0};
-    float exposure = (float)resolved.exposure;
-    display_job job = {
-        .view = view, .values = values, .curve = resolved.tonemap, .gain = exp2f(exposure), .pixels = pixels};
+    job.curve = resolved.tonemap;
+    job.gain = exp2f((float)resolved.exposure);
     // Equilateral triangles with sides of the wanted length, where that is one of pixels.
     bool of_pixels = resolved.metric == CLAST_METRIC_PIXELS || resolved.metric == CLAST_METRIC_SPHERE;
     job.area = of_pixels && resolved.segment > 0.0 ? 0.4330127f * (float)(resolved.segment * resolved.segment) : 1.0f;
@@ -156,4 +163,18 @@ clast_status clast_view_to_display(clast_context *context, clast_view view, cons
     find_range(&job, count);
     clast_parallel_for(context, count, 4096, display_range, &job);
     return CLAST_OK;
+}
+
+clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values, uint32_t width,
+                                   uint32_t height, const clast_render_settings *settings, uint8_t *pixels)
+{
+    return to_display(context, &(display_job){.view = view, .values = values, .bytes = pixels}, width, height,
+                      settings);
+}
+
+clast_status clast_view_to_display_16(clast_context *context, clast_view view, const void *values, uint32_t width,
+                                      uint32_t height, const clast_render_settings *settings, uint16_t *pixels)
+{
+    return to_display(context, &(display_job){.view = view, .values = values, .words = pixels}, width, height,
+                      settings);
 }

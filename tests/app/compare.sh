@@ -39,6 +39,21 @@ works compare a.pfm a.pfm same.png
 works compare same.png same.png
 differs a.pfm b.pfm errors.pfm
 [ "$(head -c 2 errors.pfm)" = Pf ] || wrong 'errors.pfm is not a PFM file of one channel'
+# layers of EXR files, as a render writes them
+works generate canyon scene --detail 0.02 --quiet
+works render scene/scene.json a.exr --width 32 --height 18 --spp 1 --quiet
+works render scene/scene.json half.exr --width 32 --height 18 --spp 1 --quiet --bits 16
+works render scene/scene.json normal.exr --width 32 --height 18 --spp 1 --quiet --view normal
+works compare a.exr a.exr --layer all
+[ "$(grep -c ': the layers agree' out.txt)" -ge 10 ] || wrong "layers: $(cat out.txt)"
+differs a.exr half.exr --layer all
+works compare a.exr half.exr --layer all --max-difference 0.05
+works compare a.exr normal.exr --layer N
+differs a.exr normal.exr --layer all --max-difference 1e30
+grep -q 'only one of the files has this layer' out.txt || wrong "missing layers: $(cat out.txt)"
+fails 2 'no such layer' compare a.exr a.exr --layer nothing
+fails 2 'only EXR files have layers' compare a.pfm a.pfm --layer N
+
 fails 2 'errors.txt' compare a.pfm a.pfm errors.txt
 fails 2 'one too many' compare a.pfm a.pfm errors.pfm more
 fails 2 'missing.png' compare a.pfm missing.png

@@ -35,6 +35,14 @@ for view in colour albedo normal depth uv; do
     works render $settings --view $view "$DATA/box.obj" $view.hdr
 done
 works compare colour.pfm colour.exr
+works render $settings "$DATA/box.obj" colour.jpg
+works compare --max-difference 0.15 colour.jpg colour.png
+works render $settings --bits 16 "$DATA/box.obj" deep.png
+works compare --max-difference 0.0021 deep.png colour.png
+cmp -s deep.png colour.png && wrong "--bits 16 changes nothing"
+fails 2 '--bits' render $settings --bits 32 "$DATA/box.obj" deep.png
+fails 2 '--bits' render $settings --bits 8 "$DATA/box.obj" deep.exr
+fails 2 '--bits' render $settings --bits 16 "$DATA/box.obj" deep.jpg
 works compare --max-difference 0.05 colour.hdr colour.pfm
 cmp -s colour.png albedo.png && wrong "colour and albedo are equal"
 

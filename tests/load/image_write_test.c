@@ -170,7 +170,7 @@ static void what_a_format_cannot_hold_is_refused(void **state)
     assert_int_equal(clast_image_write(context, in(&f, "a.pfm"), &float2), CLAST_ERROR_UNSUPPORTED);
     assert_int_equal(clast_image_write(context, in(&f, "a.hdr"), &float2), CLAST_ERROR_UNSUPPORTED);
     assert_int_equal(clast_image_write(context, in(&f, "a.tiff"), &grey8), CLAST_ERROR_UNSUPPORTED);
-    assert_non_null(strstr(clast_context_error(context), ".png, .exr, .pfm or .hdr"));
+    assert_non_null(strstr(clast_context_error(context), ".png, .jpg, .exr, .pfm or .hdr"));
     assert_int_equal(clast_image_write(context, in(&f, "a.png"), NULL), CLAST_ERROR_INVALID_ARGUMENT);
     clast_image none = grey8;
     none.pixels = NULL;
@@ -206,8 +206,11 @@ static void layers_are_channels_of_their_names(void **state)
         depth[i] = (float)i;
     }
     const clast_image_layer layers[] = {
-        {"", "RGB", false, colour}, {"Albedo", "RGB", false, normal}, {"N", "XYZ", false, normal},
-        {"", "Z", false, depth},    {"instance", "Y", true, numbers},
+        {.name = "", .channels = "RGB", .pixels = colour},
+        {.name = "Albedo", .channels = "RGB", .pixels = normal},
+        {.name = "N", .channels = "XYZ", .pixels = normal},
+        {.name = "", .channels = "Z", .pixels = depth},
+        {.name = "instance", .channels = "Y", .is_integer = true, .pixels = numbers},
     };
     assert_ok(context, clast_image_write_layers(context, in(&f, "a.exr"), WIDTH, HEIGHT, layers, 5));
     static const char *const names[] = {"Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "instance.Y"};
@@ -230,13 +233,110 @@ static void layers_are_channels_of_their_names(void **state)
     assert_int_equal(remove_folder(&f), 1);
 }
 
+static void note_layer(void *user, const char *layer)
+{
+    strcat(user, layer);
+    strcat(user, ";");
+}
+
+static void layers_are_listed_and_read_by_name(void **state)
+{
+    clast_context *context = *state;
+    folder f = make_folder();
+    enum { WIDTH = 19, HEIGHT = 21, PIXELS = WIDTH * HEIGHT };
+    static float colour[PIXELS * 3], normal[PIXELS * 3], place[PIXELS * 2];
+    static uint32_t numbers[PIXELS];
+    fill(colour, PIXELS * 3, CLAST_PIXEL_FLOAT);
+    fill(normal, PIXELS * 3, CLAST_PIXEL_FLOAT);
+    fill(place, PIXELS * 2, CLAST_PIXEL_FLOAT);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        numbers[i] = i;
+    }
+    const clast_image_layer layers[] = {{.name = "", .channels = "RGB", .pixels = colour},
+                                        {.name = "a.N", .channels = "XYZ", .pixels = normal},
+                                        {.name = "", .channels = "Z", .is_integer = true, .pixels = numbers},
+                                        {.name = "uv", .channels = "VU", .pixels = place}};
+    assert_ok(context, clast_image_write_layers(context, in(&f, "a.exr"), WIDTH, HEIGHT, layers, 4));
+    char names[64] = "";
+    assert_ok(context, clast_image_list_layers(context, f.file, note_layer, names));
+    assert_string_equal(names, ";Z;a.N;uv;");
+    clast_image read;
+    assert_ok(context, clast_image_read_layer(context, f.file, "a.N", &read));
+    assert_int_equal(read.channels, 3);
+    assert_memory_equal(read.pixels, normal, sizeof normal);
+    clast_image_free(context, &read);
+    assert_ok(context, clast_image_read_layer(context, f.file, "Z", &read));
+    assert_int_equal(read.channels, 1);
+    assert_true(((const float *)read.pixels)[300] == 300.0f);
+    clast_image_free(context, &read);
+    assert_ok(context, clast_image_read_layer(context, f.file, "uv", &read)); // U before V, as they are written "VU"
+    for (int i = 0; i < PIXELS; i++) {
+        assert_memory_equal((const float *)read.pixels + 2 * i, &place[2 * i + 1], sizeof(float));
+        assert_memory_equal((const float *)read.pixels + 2 * i + 1, &place[2 * i], sizeof(float));
+    }
+    clast_image_free(context, &read);
+    assert_ok(context, clast_image_read_layer(context, f.file, "", &read));
+    assert_memory_equal(read.pixels, colour, sizeof colour);
+    clast_image_free(context, &read);
+    assert_int_equal(clast_image_read_layer(context, f.file, "N", &read), CLAST_ERROR_UNSUPPORTED);
+    assert_null(read.pixels);
+    assert_int_equal(remove_folder(&f), 1);
+}
+
+static void halves_keep_eleven_bits(void **state)
+{
+    clast_context *context = *state;
+    folder f = make_folder();
+    enum { PIXELS = 64 };
+    float values[PIXELS];
+    for (int i = 0; i < PIXELS; i++) {
+        values[i] = ldexpf(1.0f + (float)i / 77.0f, i % 20 - 10);
+    }
+    const clast_image_layer layer = {.name = "", .channels = "Y", .pixels = values, .is_half = true};
+    assert_ok(context, clast_image_write_layers(context, in(&f, "a.exr"), 8, 8, &layer, 1));
+    assert_true(file_has(f.file, "\0Y\0\1\0\0\0", 7)); // type 1: half
+    clast_image read;
+    assert_ok(context, clast_image_read(context, f.file, &read));
+    for (int i = 0; i < PIXELS; i++) {
+        float found = ((const float *)read.pixels)[i];
+        assert_true(fabsf(found - values[i]) <= values[i] / 2048.0f);
+    }
+    clast_image_free(context, &read);
+    assert_int_equal(remove_folder(&f), 1);
+}
+
+// Smooth pictures come back nearly as they were.
+static void jpeg_looks_the_same(void **state)
+{
+    clast_context *context = *state;
+    folder f = make_folder();
+    enum { SIDE = 48 };
+    static uint8_t pixels[SIDE * SIDE * 3];
+    for (uint32_t channels = 1; channels <= 3; channels += 2) {
+        for (uint32_t i = 0; i < SIDE * SIDE * channels; i++) {
+            pixels[i] = (uint8_t)(i / channels % SIDE * 3 + i / (channels * SIDE) + 20 * (i % channels));
+        }
+        clast_image image = {SIDE, SIDE, channels, CLAST_PIXEL_UNORM8, pixels}, read;
+        assert_ok(context, clast_image_write(context, in(&f, channels == 1 ? "a.jpeg" : "a.jpg"), &image));
+        assert_ok(context, clast_image_read(context, f.file, &read));
+        assert_int_equal(read.channels, channels);
+        for (uint32_t i = 0; i < SIDE * SIDE * channels; i++) {
+            assert_in_range(((const uint8_t *)read.pixels)[i] - pixels[i] + 8, 0, 16);
+        }
+        clast_image_free(context, &read);
+    }
+    assert_int_equal(remove_folder(&f), 2);
+}
+
 static void wrong_layers_are_refused(void **state)
 {
     clast_context *context = *state;
     folder f = make_folder();
     const float pixels[16] = {0};
-    const clast_image_layer good = {"", "R", false, pixels}, nameless = {NULL, "R", false, pixels},
-                            empty = {"a", "", false, pixels}, blank = {"a", "R", false, NULL};
+    const clast_image_layer good = {.name = "", .channels = "R", .pixels = pixels},
+                            nameless = {.name = NULL, .channels = "R", .pixels = pixels},
+                            empty = {.name = "a", .channels = "", .pixels = pixels},
+                            blank = {.name = "a", .channels = "R", .pixels = NULL};
     const clast_image_layer twice[2] = {good, good};
     assert_int_equal(clast_image_write_layers(context, in(&f, "a.exr"), 2, 2, &nameless, 1),
                      CLAST_ERROR_INVALID_ARGUMENT);
@@ -402,6 +502,9 @@ int main(void)
         CONTEXT_TEST(hdr_has_a_place_for_odd_values),
         CONTEXT_TEST(what_a_format_cannot_hold_is_refused),
         CONTEXT_TEST(layers_are_channels_of_their_names),
+        CONTEXT_TEST(layers_are_listed_and_read_by_name),
+        CONTEXT_TEST(halves_keep_eleven_bits),
+        CONTEXT_TEST(jpeg_looks_the_same),
         CONTEXT_TEST(wrong_layers_are_refused),
         cmocka_unit_test(a_full_disk_leaves_no_file),
         cmocka_unit_test(memory_that_runs_out_leaves_no_file),
