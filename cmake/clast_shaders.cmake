@@ -18,19 +18,24 @@ set(shader_symbols "")
 set(shader_headers "")
 set(shader_names "")
 
+# Arithmetic is marked as not to be contracted once a shader is compiled: shader_embed.c says why not by `precise`.
+add_executable(shader_embed src/vulkan/generate/shader_embed.c)
+target_link_libraries(shader_embed PRIVATE clast_flags)
+
 # A shader under its symbol. `defines` are for its compiler.
 macro(clast_shader file symbol)
     set(spirv ${CLAST_SHADER_FOLDER}/${symbol}.spv)
     set(header ${CLAST_SHADER_FOLDER}/${symbol}.inc)
     add_custom_command(OUTPUT ${spirv}
-        COMMAND ${CLAST_GLSLANG} -V --quiet --target-env vulkan1.3 -I${CMAKE_SOURCE_DIR}/shaders -I${CMAKE_SOURCE_DIR}/src
-            -I${CMAKE_SOURCE_DIR}/include ${ARGN} --depfile ${spirv}.d -o ${spirv} ${CMAKE_SOURCE_DIR}/shaders/${file}
-        COMMAND ${CLAST_SPIRV_VAL} --target-env vulkan1.3 --scalar-block-layout ${spirv}
+        COMMAND ${CLAST_GLSLANG} -V --quiet --target-env vulkan1.3 -Dprecise= -I${CMAKE_SOURCE_DIR}/shaders
+            -I${CMAKE_SOURCE_DIR}/src -I${CMAKE_SOURCE_DIR}/include ${ARGN} --depfile ${spirv}.d -o ${spirv}
+            ${CMAKE_SOURCE_DIR}/shaders/${file}
         DEPENDS ${CMAKE_SOURCE_DIR}/shaders/${file} DEPFILE ${spirv}.d
         COMMENT "Compiling shader ${file}" VERBATIM)
     add_custom_command(OUTPUT ${header}
-        COMMAND ${CMAKE_COMMAND} -DINPUT=${spirv} -DOUTPUT=${header} -P ${CMAKE_SOURCE_DIR}/cmake/embed_words.cmake
-        DEPENDS ${spirv} ${CMAKE_SOURCE_DIR}/cmake/embed_words.cmake
+        COMMAND shader_embed ${spirv} ${spirv}.exact ${header}
+        COMMAND ${CLAST_SPIRV_VAL} --target-env vulkan1.3 --scalar-block-layout ${spirv}.exact
+        DEPENDS ${spirv} shader_embed
         COMMENT "Embedding ${symbol}" VERBATIM)
     list(APPEND shader_symbols ${symbol})
     list(APPEND shader_headers ${header})
