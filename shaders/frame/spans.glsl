@@ -10,6 +10,7 @@ layout(push_constant, scalar) uniform span_push
 {
     uint64_t units; // clast_device_unit
     uint64_t spans; // clast_device_span
+    uint64_t templates; // clast_device_template
     uint span_count; // without the one that ends the list
     uint keep;       // of count: whether what items need is written
 } push;

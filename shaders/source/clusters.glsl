@@ -48,6 +48,7 @@ source_surface evaluate_clusters(unit_reference unit, clast_surface_point point)
 
 #ifdef SOURCE_KIND
 #define SOURCE_SINGLE_ITEMS
+#define source_resident resident_clusters
 
 clast_source_count source_count(unit_reference unit, uint item)
 {

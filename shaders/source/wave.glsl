@@ -69,6 +69,7 @@ source_surface evaluate_wave(unit_reference unit, clast_surface_point point)
 
 #ifdef SOURCE_KIND
 #define SOURCE_SINGLE_ITEMS
+#define source_resident resident_wave
 
 clast_source_count source_count(unit_reference unit, uint item)
 {

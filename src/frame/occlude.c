@@ -41,14 +41,20 @@ static clast_status make_unit(clast_frame *frame, clast_frame_unit *unit, float 
     return status == CLAST_OK ? clast_unit_build(unit) : status;
 }
 
-// A unit that does not adapt is made as it will be, one that does has a coarse twin.
+// A unit that does not adapt is made as it will be, one that does has a coarse twin. So has every unit where another device makes
+// the frame: rays of this pass are the processor's.
+static bool has_twin(const clast_frame *frame, const clast_frame_unit *unit)
+{
+    return clast_source_of(unit->unit)->adapts || frame->device != NULL;
+}
+
 static clast_status make_coarse(clast_frame *frame, size_t number)
 {
     clast_frame_unit *unit = &frame->units[number], *twin = &frame->coarse[number];
     if (!unit->used) {
         return CLAST_OK;
     }
-    if (!clast_source_of(unit->unit)->adapts) {
+    if (!has_twin(frame, unit)) {
         return make_unit(frame, unit, (float)frame->settings.rate);
     }
     twin->unit = unit->unit;
@@ -64,7 +70,7 @@ static clast_status make_coarse(clast_frame *frame, size_t number)
 
 static const clast_frame_unit *coarse_of(const clast_frame *frame, uint32_t unit)
 {
-    return clast_source_of(frame->units[unit].unit)->adapts ? &frame->coarse[unit] : &frame->units[unit];
+    return has_twin(frame, &frame->units[unit]) ? &frame->coarse[unit] : &frame->units[unit];
 }
 
 static clast_status build_tlas(clast_frame *frame)

@@ -53,6 +53,7 @@ RECORD(clast_device_unit)
     packed_address spaces;      // CLUSTER_UNITs of each record's cluster; once added up, those before it, from all units on
     packed_address clusters;    // shared/cluster.h tells how these lie
     packed_address boxes;       // clast_box of each cluster, not quantised
+    packed_address places;      // where each begins in `clusters`, in CLUSTER_UNITs
     packed_address tree;
     clast_source_view view;
     uint kind;         // CLAST_SOURCE_
@@ -62,7 +63,7 @@ RECORD(clast_device_unit)
     uint filtered;     // 1 where a material of it is not opaque
     clast_box bounds;  // of the pose, in the unit's own space
 };
-RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 9 * 8 + 108 + 20 + 24)
+RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 10 * 8 + 108 + 20 + 24)
 
 // 64-bit sums over a unit, lower halves first: over its items, by the members of clast_source_count, and over its records.
 LIMIT(UNIT_SUMS_COUNTS, 5u, "that are over items")

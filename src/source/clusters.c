@@ -465,6 +465,7 @@ static void primitive_corners(const clast_unit *unit, const clast_pose *pose, ui
 const clast_source CLAST_SOURCE_CLUSTERS_TABLE = {
     .name = "clusters",
     .most_triangles = CLUSTER_TRIANGLES,
+    .single_items = true,
     .work = work,
     .cook = cook,
     .destroy = destroy,

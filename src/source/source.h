@@ -114,6 +114,7 @@ typedef struct clast_source {
     const char *name;
     uint32_t most_triangles; // of any record
     bool adapts;             // its records depend on the view
+    bool single_items;       // each item is the work of a single invocation of its twin (SOURCE_SINGLE_ITEMS)
 
     // How long cooking takes, in triangles: for the progress only.
     uint64_t (*work)(const clast_geometry *geometry);

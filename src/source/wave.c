@@ -276,6 +276,7 @@ const clast_source CLAST_SOURCE_WAVE_TABLE = {
     .name = "wave",
     .most_triangles = 2 * GRID_SEGMENTS * GRID_SEGMENTS,
     .adapts = true,
+    .single_items = true,
     .work = work,
     .cook = cook,
     .destroy = destroy,

@@ -147,14 +147,19 @@ static void forget_unit(clast_mirror *mirror, mirrored_unit *unit)
     *unit = (mirrored_unit){0};
 }
 
+void clast_mirror_forget(clast_mirror *mirror)
+{
+    for (size_t i = 0; i < mirror->unit_count; i++) {
+        forget_unit(mirror, &mirror->units[i]);
+    }
+}
+
 void clast_mirror_destroy(clast_mirror *mirror)
 {
     if (mirror == NULL) {
         return;
     }
-    for (size_t i = 0; i < mirror->unit_count; i++) {
-        forget_unit(mirror, &mirror->units[i]);
-    }
+    clast_mirror_forget(mirror);
     clast_free(mirror->context, mirror->units);
     clast_free(mirror->context, mirror->shared);
     clast_free(mirror->context, mirror);

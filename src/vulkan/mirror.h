@@ -21,6 +21,9 @@ clast_status clast_mirror_unit(clast_mirror *mirror, clast_gpu_commands *command
 // After them: frees what no unit of the frame has any more.
 void clast_mirror_end(clast_mirror *mirror);
 
+// Frees everything.
+void clast_mirror_forget(clast_mirror *mirror);
+
 // Bytes of the device's memory.
 uint64_t clast_mirror_bytes(const clast_mirror *mirror);
 

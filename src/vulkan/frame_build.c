@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// Passes blas and tlas on a device: trees, instances, and the record that tells kernels of the frame. The end of the latter is
+// where the processor waits for the device.
+#include <string.h>
+
+#include "base/thread.h"
+#include "frame/unit.h"
+#include "vulkan/frame_state.h"
+
+// ------------------------------------------------------------------------------------------------------------- trees
+
+// The box around a unit lies behind those of its clusters.
+static clast_gpu_tree tree_of(const clast_vulkan_unit *unit)
+{
+    return (clast_gpu_tree){.boxes = unit->boxes.address,
+                            .items = unit->places.address,
+                            .nodes = unit->tree.address,
+                            .bounds = unit->boxes.address + unit->record_count * sizeof(clast_box),
+                            .count = unit->record_count};
+}
+
+clast_status clast_vulkan_blas(clast_frame *frame, void *target)
+{
+    (void)target;
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    clast_gpu_tree *list = clast_allocate(device->context, frame->unit_count + 1, sizeof *list);
+    if (list == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    uint32_t count = 0;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        const clast_frame_unit *unit = &frame->units[i];
+        if (unit->used && unit->change != CLAST_CHANGE_NOTHING && device->units[i].record_count != 0) {
+            list[count++] = tree_of(&device->units[i]);
+        }
+    }
+    clast_status status = CLAST_OK;
+    if (count != 0) {
+        clast_gpu_pass(device->commands, "blas");
+        status = clast_gpu_trees_build(device->trees, device->commands, list, count, CLAST_GPU_TREE_SORTED);
+        clast_gpu_barrier(device->commands);
+    }
+    clast_free(device->context, list);
+    return status;
+}
+
+// --------------------------------------------------------------------------------------------------------- instances
+
+typedef struct instance_job {
+    const clast_frame *frame;
+    clast_device_instance *list;
+    size_t known; // that the device has
+    atomic_bool differs;
+} instance_job;
+
+enum { INSTANCE_GRAIN = 4096 };
+
+static clast_device_instance instance_record(const clast_frame_instance *instance)
+{
+    return (clast_device_instance){
+        .to_world = instance->to_world,
+        .to_object = instance->to_object,
+        .bounds = instance->bounds,
+        .unit = instance->unit,
+        .scene_instance = instance->scene_instance,
+        .state = (instance->hidden ? INSTANCE_HIDDEN : 0) | (instance->occluded ? INSTANCE_OCCLUDED : 0),
+    };
+}
+
+static void write_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    instance_job *job = data;
+    for (size_t i = begin; i < end; i++) {
+        clast_device_instance record = instance_record(&job->frame->instances[i]);
+        if (i >= job->known || memcmp(&job->list[i], &record, sizeof record) != 0) {
+            job->list[i] = record;
+            atomic_store_explicit(&job->differs, true, memory_order_relaxed);
+        }
+    }
+}
+
+// Uploads the instances where they are not those that the device has.
+static clast_status write_instances(clast_frame *frame, clast_gpu_commands *commands)
+{
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    clast_gpu *gpu = device->gpu;
+    size_t count = frame->instance_count;
+    uint64_t of_bytes = frame->frame_instance_of_count * sizeof(uint32_t);
+    uint64_t before = device->instances.address;
+    clast_status status = CLAST_RESERVE(device->context, device->instance_list, device->instance_capacity, count);
+    if (status == CLAST_OK) {
+        status = clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, count * sizeof *device->instance_list, "instances",
+                                   &device->instances);
+    }
+    if (status == CLAST_OK) {
+        status = clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, of_bytes, "numbers of instances", &device->instance_of);
+    }
+    if (status != CLAST_OK) {
+        return status;
+    }
+    size_t known = device->instances.address == before ? device->instance_count : 0;
+    instance_job job = {.frame = frame, .list = device->instance_list, .known = known};
+    atomic_init(&job.differs, false);
+    clast_parallel_for(device->context, count, INSTANCE_GRAIN, write_range, &job);
+    device->instance_count = count;
+    if (atomic_load(&job.differs)) {
+        clast_gpu_write(commands, &device->instances, 0, device->instance_list, count * sizeof *device->instance_list);
+    }
+    clast_gpu_write(commands, &device->instance_of, 0, frame->frame_instance_of, of_bytes);
+    return CLAST_OK;
+}
+
+static clast_status write_head(clast_frame *frame, clast_gpu_commands *commands)
+{
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    clast_status status = clast_gpu_reserve(device->gpu, CLAST_GPU_DEVICE, sizeof(clast_device_frame), "a frame",
+                                            &device->head);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_device_frame head = {
+        .units = store_address(device->unit_records.address),
+        .instances = store_address(device->instances.address),
+        .instance_of = store_address(device->instance_of.address),
+        .tree = store_address(device->scene.address),
+        .templates = store_address(device->topologies.templates.address),
+        .unit_count = (uint32_t)frame->unit_count,
+        .instance_count = (uint32_t)frame->instance_count,
+        .scene_instance_count = (uint32_t)frame->frame_instance_of_count,
+        .camera = frame->settings.camera,
+        .rate_camera = frame->settings.rate_camera,
+    };
+    clast_gpu_write(commands, &device->head, 0, &head, sizeof head);
+    return CLAST_OK;
+}
+
+// ---------------------------------------------------------------------------------------------------------------- end
+
+// The time that passes took on the device, in place of that for which the processor waited for all of them.
+static void share_out_time(clast_frame *frame)
+{
+    static const struct {
+        const char *name;
+        clast_pass pass;
+    } passes[] = {{"emit", CLAST_PASS_EMIT}, {"fill", CLAST_PASS_FILL}, {"blas", CLAST_PASS_BLAS}};
+    clast_gpu_time times[CLAST_GPU_TIMES];
+    uint32_t count = clast_gpu_passes(clast_vulkan_of(frame)->gpu, times);
+    for (uint32_t i = 0; i < count; i++) {
+        for (size_t k = 0; k < sizeof passes / sizeof *passes; k++) {
+            if (strcmp(times[i].pass, passes[k].name) == 0) {
+                frame->milliseconds[passes[k].pass] += times[i].milliseconds;
+                frame->milliseconds[CLAST_PASS_TLAS] -= times[i].milliseconds;
+            }
+        }
+    }
+}
+
+static clast_status finish(clast_frame *frame)
+{
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    clast_gpu_commands *commands = device->commands;
+    clast_gpu_read(commands, &device->sums, 0, device->unit_sums, device->unit_count * sizeof *device->unit_sums);
+    device->commands = NULL;
+    clast_status status = clast_gpu_finish(commands);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        clast_frame_unit *unit = &frame->units[i];
+        if (unit->used && unit->change == CLAST_CHANGE_TOPOLOGY) {
+            unit->cluster_vertices = load_address(device->unit_sums[i].cluster_vertices);
+        }
+        if (unit->used) {
+            clast_unit_note_made(unit);
+        }
+    }
+    share_out_time(frame);
+    clast_frame_sum_up(frame);
+    clast_cooked_release(frame->cooked);
+    frame->device_bytes = clast_vulkan_count_bytes(device);
+    device->is_whole = true;
+    return CLAST_OK;
+}
+
+clast_status clast_vulkan_tlas(clast_frame *frame, void *target)
+{
+    (void)target;
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    clast_status status = write_instances(frame, device->commands);
+    status = status == CLAST_OK ? write_head(frame, device->commands) : status;
+    return status == CLAST_OK ? finish(frame) : status;
+}

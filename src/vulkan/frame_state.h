@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a frame has on a device, for the files that make it.
+#ifndef CLAST_VULKAN_FRAME_STATE_H
+#define CLAST_VULKAN_FRAME_STATE_H
+
+#include "frame/unit.h"
+#include "vulkan/frame.h"
+#include "vulkan/trees.h"
+
+// What was made of a unit.
+typedef struct clast_vulkan_unit {
+    clast_gpu_buffer records, words, vertices;
+    clast_gpu_buffer clusters, boxes, places, tree;
+    uint32_t record_count;
+    uint64_t first_item;   // of the unit in what was counted last
+    uint64_t first_record; // of the unit in what is emitted now
+} clast_vulkan_unit;
+
+struct clast_vulkan_frame {
+    clast_gpu *gpu;
+    clast_context *context;
+    clast_mirror *mirror;
+    clast_topologies topologies;
+    clast_gpu_trees *trees;
+    bool is_prepared;         // the frame's units are mirrored
+    clast_vulkan_unit *units; // by geometry number, as are the next
+    clast_device_unit *records;
+    size_t unit_count, unit_capacity, record_capacity;
+    clast_gpu_buffer unit_records, instances, instance_of, head;
+    clast_gpu_buffer scene; // clast_device_scene: what rays are traced through
+    clast_gpu_buffer spans, item_counts, sums, spaces, scratch;
+    clast_device_span *span_list; // what `spans` gets
+    size_t span_count, span_capacity;
+    clast_unit_sums *unit_sums; // what came back, by geometry number
+    size_t sum_capacity;
+    clast_device_instance *instance_list; // what `instances` holds
+    size_t instance_count, instance_capacity;
+    // Of what was counted last, where it was kept.
+    uint64_t kept_items;
+    size_t kept_units;
+    float kept_rate;
+    clast_gpu_commands *commands; // from emit to tlas
+    bool is_whole;                // `head` tells of a frame that was made
+};
+
+// The push constants of shaders/frame/spans.glsl.
+typedef struct clast_span_push {
+    uint64_t units, spans, templates;
+    uint32_t span_count, keep;
+} clast_span_push;
+
+// Parts of several units that one dispatch works on: a range of span_list.
+typedef struct clast_span_range {
+    size_t first, count; // without the span that ends it
+    uint64_t groups;
+} clast_span_range;
+
+enum { CLAST_KINDS_MOST = 16 };
+
+// The kernel of a kind of source, of those that the build made of NAME.source.comp: they follow each other.
+#define CLAST_SHADER_OF_KIND(name, kind) ((clast_shader)((int)CLAST_SHADER_##name##_CLUSTERS + (int)(kind)))
+
+// Work groups of a unit in a dispatch.
+typedef uint64_t (*clast_groups_function)(const clast_frame_unit *unit);
+// Groups of SOURCE_GROUP items or, where a kind's items are the work of a group each, as many as items.
+uint64_t clast_item_groups(const clast_frame_unit *unit);
+uint64_t clast_record_groups(const clast_frame_unit *unit);  // one a record
+uint64_t clast_record_batches(const clast_frame_unit *unit); // of SOURCE_GROUP records
+
+static inline clast_vulkan_frame *clast_vulkan_of(const clast_frame *frame)
+{
+    return frame->device;
+}
+
+// Uploads what is new of the frame's units, once a frame.
+clast_status clast_vulkan_prepare(clast_frame *frame);
+// Writes into `records` what is known of the units, and makes room for what clast_vulkan_write_units copies.
+clast_status clast_vulkan_describe_units(clast_frame *frame);
+// Copies `records` and `span_list` to the device, and clears the units' sums. The commands have a barrier after it.
+void clast_vulkan_write_units(clast_vulkan_frame *device, clast_gpu_commands *commands);
+
+// Appends spans of some units to span_list: of a kind, or of all where it is CLAST_NONE.
+clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit *const *units, size_t count,
+                                    uint32_t kind, clast_groups_function groups, clast_span_range *range);
+// Runs a kernel over a range of spans.
+void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, clast_shader shader,
+                            const clast_span_range *range, bool keep);
+
+// What the frame takes, by what it is for.
+clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device);
+
+// Makes a buffer hold so many bytes; contents are lost. Exactly so many, where memory is bounded.
+clast_status clast_vulkan_renew(clast_frame *frame, uint64_t bytes, const char *name, clast_gpu_buffer *buffer);
+
+#endif
