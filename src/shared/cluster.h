@@ -165,6 +165,15 @@ FN uint cluster_space(uint counts, bool own_pairs)
 }
 FN uint cluster_pairs_offset(uint counts) { return CLUSTER_HEAD_BYTES + CLUSTER_NODE_BYTES * cluster_nodes(counts); }
 
+// A cluster whose vertices lie in memory (vulkan/fit.h).
+RECORD(clast_device_cluster)
+{
+    uint template_number;
+    uint first_vertex; // among all
+    uint place;        // where it begins, in CLUSTER_UNITs
+};
+RECORD_SIZE(clast_device_cluster, 12)
+
 // Where a cluster begins; its nodes follow. A tree over clusters has as items where these begin, in CLUSTER_UNITs from the
 // unit's clusters on.
 //

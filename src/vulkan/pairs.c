@@ -174,43 +174,15 @@ static void order_sets(const vertex_set *sets, uint32_t count, uint8_t order[PLA
 
 // -------------------------------------------------------------------------------------------------------------- pairs
 
-// Where two triangles share an edge, in turns of their own, makes a pair of them.
-static bool find_fan(const triangle *first, const triangle *second, clast_pair *pair)
-{
-    for (uint32_t k = 0; k < 3; k++) {
-        uint32_t c = first->corners[k], a = first->corners[(k + 1) % 3], b = first->corners[(k + 2) % 3];
-        for (uint32_t m = 0; m < 3; m++) {
-            if (second->corners[m] == a && second->corners[(m + 1) % 3] == c) {
-                *pair = make_fan(a, b, c, second->corners[(m + 2) % 3], first->number, second->number,
-                                 pair_turns((2u - k) % 3u, (3u - m) % 3u));
-                return true;
-            }
-        }
-    }
-    return false;
-}
-
 static uint32_t word_of(const triangle *t)
 {
-    return t->corners[0] | (uint32_t)t->corners[1] << 8 | (uint32_t)t->corners[2] << 16 | (uint32_t)t->number << 24;
+    return triangle_word(t->corners[0], t->corners[1], t->corners[2], t->number);
 }
 
-// A pair of the first triangle alone.
-static clast_pair make_lone(const triangle *t)
+static bool share_edge(const triangle *first, const triangle *second)
 {
-    return make_fan(t->corners[0], t->corners[1], t->corners[2], t->corners[2], t->number, t->number, PAIR_LONE);
-}
-
-static clast_pair make_pair(const triangle *first, const triangle *second)
-{
-    clast_pair pair;
-    if (find_fan(first, second, &pair)) {
-        return pair;
-    }
-    if (second->corners[0] == second->corners[1]) {
-        return make_lone(first); // the second can never be hit
-    }
-    return (clast_pair){word_of(first), word_of(second)};
+    clast_pair pair = pair_of(word_of(first), word_of(second));
+    return pair_is_fan(pair) && !pair_is_lone(pair);
 }
 
 typedef struct pair_list {
@@ -222,7 +194,7 @@ typedef struct pair_list {
 static void add_pair(pair_list *list, const triangle *first, const triangle *second)
 {
     vertex_set a = set_of(first), b = set_of(second);
-    list->pairs[list->count] = first == second ? make_lone(first) : make_pair(first, second);
+    list->pairs[list->count] = first == second ? lone_pair(word_of(first)) : pair_of(word_of(first), word_of(second));
     list->sets[list->count++] = join(&a, &b);
 }
 
@@ -232,8 +204,7 @@ static void find_neighbours(const group *g, uint32_t neighbours[GROUP_TRIANGLES]
     memset(neighbours, 0, GROUP_TRIANGLES * sizeof *neighbours);
     for (uint32_t i = 0; i < g->count; i++) {
         for (uint32_t k = i + 1; k < g->count; k++) {
-            clast_pair pair;
-            if (find_fan(&g->triangles[i], &g->triangles[k], &pair)) {
+            if (share_edge(&g->triangles[i], &g->triangles[k])) {
                 neighbours[i] |= 1u << k;
                 neighbours[k] |= 1u << i;
             }
@@ -296,7 +267,7 @@ static void pair_triangles(const group *g, pair_list *list)
         if ((free >> i & 1) == 0 || (neighbours[i] & free) == 0) {
             break;
         }
-        uint32_t k = choose_partner(g, neighbours, i, free & ~(1u << i));
+        uint32_t k = choose_partner(g, neighbours, i, free);
         uint32_t first = i < k ? i : k, second = i < k ? k : i;
         add_pair(list, &g->triangles[first], &g->triangles[second]);
         free &= ~(1u << i | 1u << k);
