@@ -60,20 +60,21 @@ RECORD(clast_displaced_map)
 };
 RECORD_SIZE(clast_displaced_map, 40)
 
-// A vertex of the welded mesh.
+// A vertex of the welded mesh. The order is that in which devices read four words at once.
 RECORD(clast_displaced_vertex)
 {
-    uint mesh_vertex;      // the owner's corner
     packed3 position;      // at rest
-    packed3 normal;        // at rest, of unit length or zero
-    packed2 coordinates;   // of its map
     uint map;
+    packed3 normal;        // at rest, of unit length or zero
     float height;          // at rest, where the displacement's scale is 1
+    packed2 coordinates;   // of its map
     float density_square;  // texels for each length: the least of its triangles
     float shortest_square; // of its edges
+    uint mesh_vertex;      // the owner's corner
     uint first_normal;     // of what its normal is made of in a pose: up to the next vertex's; none: mesh_vertex's own
+    uint unused[2];
 };
-RECORD_SIZE(clast_displaced_vertex, 56)
+RECORD_SIZE(clast_displaced_vertex, 64)
 
 // What counts for a vertex's normal: a vertex of the mesh or, where that has no normals, a triangle.
 RECORD(clast_displaced_normal_part)
@@ -236,5 +237,66 @@ FN uint displaced_place_between(clast_weights a, clast_weights b)
 
 // The normal of a posed triangle, of unit length or zero.
 FN vec3 displaced_triangle_normal(vec3 a, vec3 b, vec3 c) { return stable_normalize3(cross3(b - a, c - a)); }
+
+// ------------------------------------------------------------------------------------------------------------ shading
+
+FN vec3 displaced_unit_or(vec3 v, vec3 otherwise)
+{
+    float largest = largest3(vec3(abs1(v[0]), abs1(v[1]), abs1(v[2])));
+    bool sound = largest > 0.0f && is_finite1(largest);
+    return sound ? normalize3(v * rough_divide(1.0f, largest)) : otherwise;
+}
+
+// What a vector along the surface at rest becomes where a pose bends the triangle: it keeps its products with the edges, which
+// are the first two at rest, the last two in the pose.
+FN vec3 displaced_posed_gradient(vec3 gradient, vec3 rest_first, vec3 rest_second, vec3 first, vec3 second)
+{
+    float s = dot3(gradient, rest_first);
+    float t = dot3(gradient, rest_second);
+    float a = dot3(first, first);
+    float b = dot3(first, second);
+    float c = dot3(second, second);
+    float determinant = a * c - b * b;
+    precise bool sound = determinant > 1e-12f * a * c;
+    vec3 posed = (first * (c * s - b * t) + second * (a * t - b * s)) * rough_divide(1.0f, determinant);
+    return sound ? posed : splat3(0.0f);
+}
+
+// Half a texel of a level, of which `texel` of the finest make one, in coordinates.
+FN vec2 displaced_half_texel(float texel, uint width, uint height)
+{
+    float part = 0.5f * texel;
+    return vec2(rough_divide(part, to_float(width)), rough_divide(part, to_float(height)));
+}
+
+// How the height grows by the mesh's coordinates, from how much it does between half a texel before and one behind.
+FN vec2 displaced_mesh_slope(clast_displaced_map map, float scale, float across, float down, vec2 half_texel)
+{
+    vec2 by_map = vec2(rough_divide(across, 2.0f * half_texel[0]), rough_divide(down, 2.0f * half_texel[1])) * scale;
+    return vec2(dot2(by_map, load2(map.columns[0])), dot2(by_map, load2(map.columns[1])));
+}
+
+// A normal turned as the slope has it. What of the slope lies along the normal is none of the surface's.
+FN vec3 displaced_turned(vec3 normal, vec3 slope)
+{
+    vec3 along = slope - normal * dot3(slope, normal);
+    return is_finite3(along) ? normal - along : normal;
+}
+
+// The normal of the displaced surface. `towards` is where displacement goes, `flat_normal` that of the triangle: the mesh's
+// normals may point inwards.
+FN vec3 displaced_geometric_normal(vec3 towards, vec3 flat_normal, vec3 slope)
+{
+    precise bool inwards = dot3(towards, flat_normal) < 0.0f;
+    vec3 outwards = inwards ? towards * -1.0f : towards;
+    return displaced_turned(displaced_unit_or(outwards, flat_normal), inwards ? slope * -1.0f : slope);
+}
+
+FN vec3 displaced_shading_normal(vec3 normal, vec3 towards, vec3 flat_normal, vec3 slope)
+{
+    vec3 shading = displaced_unit_or(normal, flat_normal);
+    precise bool against = dot3(shading, towards) < 0.0f;
+    return displaced_turned(shading, against ? slope * -1.0f : slope);
+}
 
 #endif

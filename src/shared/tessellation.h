@@ -317,10 +317,11 @@ FN clast_weights weights_within(clast_weights a, clast_weights b, clast_weights 
         uint products = a.of[k] * at.of[0] + b.of[k] * at.of[1] + c.of[k] * at.of[2];
         sum.of[k] = (products + WEIGHT_ONE / 2u) / WEIGHT_ONE;
     }
-    uint largest = sum.of[1] > sum.of[0] ? 1u : 0u;
-    largest = sum.of[2] > sum.of[largest] ? 2u : largest;
-    uint others = sum.of[0] + sum.of[1] + sum.of[2] - sum.of[largest];
-    sum.of[largest] = WEIGHT_ONE - others;
+    uint total = sum.of[0] + sum.of[1] + sum.of[2];
+    uint largest = sum.of[2] > max_uint(sum.of[0], sum.of[1]) ? 2u : sum.of[1] > sum.of[0] ? 1u : 0u;
+    for (uint k = 0u; k < 3u; k++) {
+        sum.of[k] = k == largest ? WEIGHT_ONE - (total - sum.of[k]) : sum.of[k];
+    }
     return sum;
 }
 

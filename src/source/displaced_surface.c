@@ -136,20 +136,13 @@ static vec3 base_position(const displaced_unit *unit, const base_triangle *trian
     return unit->curved ? curved_position(p, n, w) : blend_at(p, w);
 }
 
-// What a vector along the surface at rest becomes where a pose bends the triangle: it keeps its products with the edges.
 static vec3 posed_gradient(const clast_mesh *rest, const base_triangle *triangle, vec3 gradient)
 {
     vec3 origin = load3(clast_mesh_position(rest, triangle->vertices[0]));
-    float s = dot3(gradient, load3(clast_mesh_position(rest, triangle->vertices[1])) - origin);
-    float t = dot3(gradient, load3(clast_mesh_position(rest, triangle->vertices[2])) - origin);
-    vec3 first = triangle->positions[1] - triangle->positions[0];
-    vec3 second = triangle->positions[2] - triangle->positions[0];
-    float a = dot3(first, first), b = dot3(first, second), c = dot3(second, second);
-    float determinant = a * c - b * b;
-    if (!(determinant > 1e-12f * a * c)) {
-        return splat3(0.0f);
-    }
-    return (first * (c * s - b * t) + second * (a * t - b * s)) * (1.0f / determinant);
+    return displaced_posed_gradient(gradient, load3(clast_mesh_position(rest, triangle->vertices[1])) - origin,
+                                    load3(clast_mesh_position(rest, triangle->vertices[2])) - origin,
+                                    triangle->positions[1] - triangle->positions[0],
+                                    triangle->positions[2] - triangle->positions[0]);
 }
 
 // The slope of the height along the surface: a vector towards which it grows, by how much for each length. The map's own
@@ -159,14 +152,14 @@ static vec3 slope_at(const displaced_unit *unit, const clast_pose *pose, const b
 {
     const displaced_map *map = triangle->map;
     const clast_mesh *mesh = &unit->base.geometry->of.mesh;
-    float texel = exp2f(level), half = 0.5f * texel;
-    vec2 step = vec2(half / (float)map->height->map.widths[0], half / (float)map->height->map.heights[0]);
+    const clast_height_map *height = &map->height->map;
+    vec2 step = displaced_half_texel(exp2f(level), height->widths[0], height->heights[0]);
     float across = clast_height_value(map->height, coordinates + vec2(step[0], 0.0f), level) -
                    clast_height_value(map->height, coordinates - vec2(step[0], 0.0f), level);
     float down = clast_height_value(map->height, coordinates + vec2(0.0f, step[1]), level) -
                  clast_height_value(map->height, coordinates - vec2(0.0f, step[1]), level);
-    vec2 by_map = vec2(across / (2.0f * step[0]), down / (2.0f * step[1])) * (map->scale * pose->displacement_scale);
-    vec2 by_mesh = vec2(dot2(by_map, map->columns[0]), dot2(by_map, map->columns[1]));
+    vec2 by_mesh = displaced_mesh_slope(unit->map_records[map - unit->maps], map->scale * pose->displacement_scale,
+                                        across, down, step);
     const displaced_gradient *gradients = unit->gradients[map->coordinate_set];
     vec3 u = splat3(0.0f), v = splat3(0.0f);
     for (uint32_t k = 0; k < 3; k++) {
@@ -177,27 +170,14 @@ static vec3 slope_at(const displaced_unit *unit, const clast_pose *pose, const b
     return pose->positions != NULL ? posed_gradient(mesh, triangle, slope) : slope;
 }
 
-static vec3 unit_or(vec3 v, vec3 otherwise)
-{
-    float largest = largest3(vec3(abs1(v[0]), abs1(v[1]), abs1(v[2])));
-    return largest > 0.0f && is_finite1(largest) ? normalize3(v * (1.0f / largest)) : otherwise;
-}
-
-// A normal turned as the slope has it. What of the slope lies along the normal is none of the surface's.
-static vec3 turned(vec3 normal, vec3 slope)
-{
-    vec3 along = slope - normal * dot3(slope, normal);
-    return is_finite3(along) ? normal - along : normal;
-}
-
 clast_source_surface clast_displaced_evaluate(const clast_unit *base, const clast_pose *pose, clast_surface_point point)
 {
     const displaced_unit *unit = clast_displaced_of(base);
     clast_mesh posed = clast_mesh_posed(&base->geometry->of.mesh, pose);
     clast_source_surface surface = clast_mesh_evaluate(&posed, point);
     base_triangle triangle = triangle_at(unit, pose, point);
-    vec3 flat = unit_or(surface.geometric_normal, splat3(0.0f));
-    vec3 towards = unit_or(blend_at(triangle.normals, triangle.weights), splat3(0.0f));
+    vec3 flat = displaced_unit_or(surface.geometric_normal, splat3(0.0f));
+    vec3 towards = displaced_unit_or(blend_at(triangle.normals, triangle.weights), splat3(0.0f));
     surface.position = base_position(unit, &triangle);
     if (triangle.map->height == NULL) {
         return surface;
@@ -209,11 +189,7 @@ clast_source_surface clast_displaced_evaluate(const clast_unit *base, const clas
     float height = clast_displaced_height(triangle.map, coordinates, point.level) * pose->displacement_scale;
     surface.position = surface.position + towards * height;
     vec3 slope = slope_at(unit, pose, &triangle, coordinates, point.level);
-    // the mesh's normals may point inwards
-    vec3 outwards = dot3(towards, flat) < 0.0f ? towards * -1.0f : towards;
-    vec3 raised = dot3(towards, flat) < 0.0f ? slope * -1.0f : slope;
-    surface.geometric_normal = turned(unit_or(outwards, flat), raised);
-    vec3 shading = unit_or(surface.normal, flat);
-    surface.normal = turned(shading, dot3(shading, towards) < 0.0f ? slope * -1.0f : slope);
+    surface.geometric_normal = displaced_geometric_normal(towards, flat, slope);
+    surface.normal = displaced_shading_normal(surface.normal, towards, flat, slope);
     return surface;
 }
