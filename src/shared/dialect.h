@@ -39,7 +39,7 @@ FN float rough_divide(float a, float b) { return a / b; }
 FN float rough_sqrt(float x) { return sqrt(x); }
 FN float rough_sin(float x) { return sin(x); }
 FN float rough_cos(float x) { return cos(x); }
-FN float rough_acos(float x) { return acos(x); }
+FN float rough_acos(float x) { return atan(sqrt((1.0f - x) * (1.0f + x)), x); } // its own has three good digits on some
 FN float rough_atan2(float y, float x) { return atan(y, x); }
 FN float rough_exp(float x) { return exp(x); }
 FN float rough_log(float x) { return log(x); }
