@@ -31,8 +31,8 @@ for text in x '' -1 1.5G 4X 4GG 99999999T; do
 done
 fails 2 '--tonemap: expected one of aces, none, agx, neutral, got "foo"' render --tonemap foo a
 fails 2 '--isa: expected one of auto, plain' render --isa mmx a
-fails 2 'ends in .png, .exr, .pfm or .hdr' render "$DATA/box.obj" picture.bmp
-fails 2 'ends in .png, .exr, .pfm or .hdr' render "$DATA/box.obj" picture
+fails 2 'ends in .png, .jpg, .exr, .pfm or .hdr' render "$DATA/box.obj" picture.bmp
+fails 2 'ends in .png, .jpg, .exr, .pfm or .hdr' render "$DATA/box.obj" picture
 fails 2 '--view instance: whole numbers' render --view instance "$DATA/box.obj" picture.pfm
 fails 2 'there is no scene "moon"; expected one of' generate moon out
 absent picture.bmp picture picture.pfm out
