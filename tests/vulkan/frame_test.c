@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames made on a device against those that the processor makes of the same scene: counts, records, words and vertices are the
+// same to the bit, whatever the budget and whatever was made before.
+#include "frame/stage.h"
+
+#include <string.h>
+
+#include "vulkan/frame.h"
+#include "vulkan/test_device.h"
+
+static const clast_backend device_backend = {.name = "vulkan",
+                                             .passes = {CLAST_FRAME_VULKAN_PASSES(STAGE_PASS)},
+                                             .count = clast_vulkan_count_units,
+                                             .forget = clast_vulkan_forget};
+static test_device device;
+
+// A scene with two frames over it: the stage's is the processor's, the other the device's.
+typedef struct twins {
+    stage stage;
+    clast_frame *frame;
+    clast_vulkan_frame *made;
+} twins;
+
+static twins twins_open(void)
+{
+    twins t = {.stage = stage_open(device.context)};
+    t.frame = stage_add_frame(&t.stage);
+    assert_ok(device.context, clast_vulkan_frame_create(device.gpu, &t.made));
+    t.frame->device = t.made;
+    return t;
+}
+
+static void twins_close(twins *t)
+{
+    clast_vulkan_frame_destroy(t->made);
+    clast_frame_destroy(t->frame);
+    stage_close(&t->stage);
+}
+
+static clast_status twins_try(twins *t)
+{
+    clast_status status = clast_cooked_update(t->stage.cooked, t->stage.scene);
+    t->frame->settings = t->stage.frame->settings;
+    return status != CLAST_OK ? status
+                              : clast_frame_run(t->frame, &device_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL);
+}
+
+static bool same_need(const clast_frame_need *a, const clast_frame_need *b)
+{
+    return memcmp(a, b, sizeof *a) == 0;
+}
+
+static void compare_records(twins *t, size_t number)
+{
+    const clast_frame_unit *unit = &t->stage.frame->units[number];
+    clast_cluster_record *records = malloc(unit->record_count * sizeof *records + 1);
+    assert_non_null(records);
+    assert_ok(device.context, clast_vulkan_frame_read_records(t->frame, number, 0, unit->record_count, records));
+    assert_memory_equal(records, unit->records, unit->record_count * sizeof *records);
+    free(records);
+}
+
+static void compare_words(twins *t, size_t number)
+{
+    const clast_frame_unit *unit = &t->stage.frame->units[number];
+    uint32_t *words = malloc(unit->word_count * sizeof *words + 1);
+    assert_non_null(words);
+    assert_ok(device.context, clast_vulkan_frame_read_words(t->frame, number, 0, unit->word_count, words));
+    assert_memory_equal(words, unit->words, unit->word_count * sizeof *words);
+    free(words);
+}
+
+static void compare_vertices(twins *t, size_t number)
+{
+    const clast_frame_unit *unit = &t->stage.frame->units[number];
+    packed3 *vertices = malloc(unit->vertex_count * sizeof *vertices + 1);
+    assert_non_null(vertices);
+    assert_ok(device.context, clast_vulkan_frame_read_vertices(t->frame, number, 0, unit->vertex_count, vertices));
+    for (size_t i = 0; i < unit->vertex_count; i++) {
+        for (int k = 0; k < 3; k++) { // signs of zeros may differ
+            if (vertices[i].v[k] != unit->vertices[i].v[k]) {
+                print_message("unit %zu, vertex %zu, axis %d: %.9g, expected %.9g\n", number, i, k,
+                              (double)vertices[i].v[k], (double)unit->vertices[i].v[k]);
+            }
+            assert_true(vertices[i].v[k] == unit->vertices[i].v[k]);
+        }
+    }
+    free(vertices);
+}
+
+static void compare(twins *t)
+{
+    const clast_frame *a = t->stage.frame, *b = t->frame;
+    assert_true(same_need(&a->wanted, &b->wanted));
+    assert_true(same_need(&a->granted, &b->granted));
+    assert_true(same_need(&a->minimum, &b->minimum));
+    assert_true(a->fitted_rate == b->fitted_rate);
+    assert_int_equal(a->bound, b->bound);
+    assert_int_equal(a->clusters, b->clusters);
+    assert_int_equal(a->vertices, b->vertices);
+    assert_int_equal(a->triangles, b->triangles);
+    assert_int_equal(a->instanced_triangles, b->instanced_triangles);
+    assert_int_equal(a->unit_count, b->unit_count);
+    for (size_t i = 0; i < a->unit_count; i++) {
+        assert_int_equal(a->units[i].used, b->units[i].used);
+        if (a->units[i].used) {
+            assert_int_equal(a->units[i].record_count, b->units[i].record_count);
+            assert_int_equal(a->units[i].vertex_count, b->units[i].vertex_count);
+            assert_int_equal(a->units[i].word_count, b->units[i].word_count);
+            compare_records(t, i);
+            compare_words(t, i);
+            compare_vertices(t, i);
+        }
+    }
+}
+
+static void run_and_compare(twins *t)
+{
+    stage_run(&t->stage);
+    assert_ok(device.context, twins_try(t));
+    compare(t);
+}
+
+static void add_sea(twins *t)
+{
+    clast_context *context = device.context;
+    clast_scene *scene = t->stage.scene;
+    shape_add_instance(context, scene, shape_add_wave(context, scene, 8), 0, -1, 0, 1);
+    shape_add_instance(context, scene, shape_add_wave(context, scene, 3), 0, -3, -20, 1);
+    shape_add_instance(context, scene, shape_add_sphere(context, scene, 10, 10), 0, 0, 0, 1);
+}
+
+static void add_bumps(twins *t)
+{
+    uint32_t geometry = shape_add_sphere(device.context, t->stage.scene, 24, 13);
+    shape_displace(device.context, t->stage.scene, geometry, 0, 0.2f);
+    shape_add_instance(device.context, t->stage.scene, geometry, 0.5f, 0, 1, 1);
+}
+
+static void a_frame_has_the_same_records_and_vertices(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    add_sea(&t);
+    run_and_compare(&t);
+    assert_true(t.frame->clusters > 0 && t.frame->vertices > 0);
+    twins_close(&t);
+}
+
+static void what_moves_is_filled_anew(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    add_sea(&t);
+    for (int i = 0; i < 4; i++) {
+        t.stage.frame->settings.time = i == 2 ? 0.25 : 0.25 * i;
+        t.stage.frame->settings.rate = i == 3 ? 0.3 : 1.0;
+        run_and_compare(&t);
+    }
+    twins_close(&t);
+}
+
+static void budgets_give_the_same_at_every_step(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    add_sea(&t);
+    run_and_compare(&t);
+    uint64_t all = t.frame->triangles, minimum = t.frame->minimum.triangles;
+    for (uint64_t budget = minimum; budget < all + 400; budget += 391) {
+        t.stage.frame->settings.max_triangles = budget;
+        run_and_compare(&t);
+    }
+    t.stage.frame->settings.max_triangles = minimum - 1;
+    assert_int_equal(stage_try(&t.stage), CLAST_ERROR_BUDGET);
+    char refusal[256];
+    snprintf(refusal, sizeof refusal, "%s", clast_context_error(device.context));
+    assert_int_equal(twins_try(&t), CLAST_ERROR_BUDGET);
+    assert_string_equal(clast_context_error(device.context), refusal);
+    t.stage.frame->settings.max_triangles = 0;
+    t.stage.frame->settings.max_bytes = t.frame->minimum.bytes + 100000;
+    run_and_compare(&t);
+    twins_close(&t);
+}
+
+static void displaced_meshes_are_the_same(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    add_bumps(&t);
+    run_and_compare(&t);
+    assert_true(t.frame->triangles > 2000);
+    t.stage.frame->settings.rate = 0.4;
+    run_and_compare(&t);
+    t.stage.frame->settings.displacement_scale = 0.5;
+    run_and_compare(&t);
+    t.stage.frame->settings.max_triangles = t.frame->minimum.triangles + 300;
+    run_and_compare(&t);
+    twins_close(&t);
+}
+
+static void edits_between_frames_are_followed(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    add_sea(&t);
+    run_and_compare(&t);
+    add_bumps(&t);
+    run_and_compare(&t);
+    shape s = shape_sphere(10, 10);
+    for (uint32_t i = 0; i < 3 * s.mesh.vertex_count; i++) {
+        s.positions[i] *= 1.5f;
+    }
+    assert_ok(device.context, clast_scene_set_mesh_positions(t.stage.scene, 2, s.positions, NULL));
+    shape_free(&s);
+    run_and_compare(&t);
+    assert_ok(device.context, clast_scene_remove_instance(t.stage.scene, 0));
+    run_and_compare(&t);
+    twins_close(&t);
+}
+
+int main(void)
+{
+    device = test_device_open();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_frame_has_the_same_records_and_vertices), cmocka_unit_test(what_moves_is_filled_anew),
+        cmocka_unit_test(budgets_give_the_same_at_every_step),       cmocka_unit_test(displaced_meshes_are_the_same),
+        cmocka_unit_test(edits_between_frames_are_followed),
+    };
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    return test_device_close(&device) && failed == 0 ? 0 : 1;
+}
