@@ -83,7 +83,8 @@ typedef struct clast_gpu_leaving {
     uint64_t offset, bytes;
     VkImage image;
     VkImageView view;
-    uint32_t number; // of the texture; CLAST_NONE for buffers
+    VkAccelerationStructureKHR structure; // the driver's; null: none, else there is no block
+    uint32_t number;                      // of the texture; CLAST_NONE for others
 } clast_gpu_leaving;
 
 typedef struct clast_gpu_kernel {

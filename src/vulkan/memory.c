@@ -358,6 +358,10 @@ uint64_t clast_gpu_bytes_peak(const clast_gpu *gpu)
 
 static void let_one_go(clast_gpu *gpu, const clast_gpu_leaving *leaving)
 {
+    if (leaving->structure != VK_NULL_HANDLE) {
+        gpu->vk.vkDestroyAccelerationStructureKHR(gpu->device, leaving->structure, NULL);
+        return;
+    }
     if (leaving->number != CLAST_NONE) {
         clast_gpu_free_picture(gpu, leaving);
     }

@@ -215,6 +215,9 @@ void clast_gpu_free_textures(clast_gpu *gpu)
             gpu->vk.vkDestroyImageView(gpu->device, gpu->leaving[i].view, NULL);
             gpu->vk.vkDestroyImage(gpu->device, gpu->leaving[i].image, NULL);
         }
+        if (gpu->leaving[i].structure != VK_NULL_HANDLE) {
+            gpu->vk.vkDestroyAccelerationStructureKHR(gpu->device, gpu->leaving[i].structure, NULL);
+        }
     }
     gpu->leaving_count = 0;
     clast_free(gpu->context, gpu->pictures);

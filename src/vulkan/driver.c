@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ray tracing pipeline, and rays through it. Its table of shaders has four records: two that launch rays, one for
+// misses, one for hits of any instance; what is hit follows from the instance's number.
+#include "vulkan/driver_state.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum {
+    STAGES_MOST = 5,
+    HANDLE_MOST = 64,       // bytes of a group's handle; all drivers have 32
+    LAUNCHES_ACROSS = 8192, // rays along the first dimension
+};
+
+typedef enum group_number { GROUP_CLOSEST, GROUP_ANY, GROUP_MISS, GROUP_HIT, GROUP_COUNT } group_number;
+
+static const VkShaderStageFlags ray_stages = VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
+                                             VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;
+
+// The push constants of shaders/driver/driver.glsl.
+typedef struct driver_push {
+    uint64_t structure, shapes, rays, results, counts, user;
+    uint32_t count;
+} driver_push;
+_Static_assert(sizeof(driver_push) <= CLAST_GPU_PUSH_BYTES, "push constants");
+
+struct clast_driver {
+    clast_gpu *gpu;
+    VkPipelineLayout layout;
+    VkPipeline pipeline;
+    clast_gpu_buffer table;
+    VkStridedDeviceAddressRegionKHR records[GROUP_COUNT];
+    uint32_t most; // rays of a launch
+};
+
+// ---------------------------------------------------------------------------------------------------------- pipeline
+
+static clast_status make_layout(clast_driver *driver)
+{
+    clast_gpu *gpu = driver->gpu;
+    VkPushConstantRange push = {ray_stages, 0, CLAST_GPU_PUSH_BYTES};
+    VkPipelineLayoutCreateInfo create = {.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                         .setLayoutCount = 1,
+                                         .pSetLayouts = &gpu->set_layout,
+                                         .pushConstantRangeCount = 1,
+                                         .pPushConstantRanges = &push};
+    VkResult result = gpu->vk.vkCreatePipelineLayout(gpu->device, &create, NULL, &driver->layout);
+    return result == VK_SUCCESS ? CLAST_OK
+                                : clast_gpu_fail(gpu, result, "making the layout of the ray tracing pipeline");
+}
+
+static VkResult make_stage(clast_gpu *gpu, clast_shader shader, VkShaderStageFlagBits stage,
+                           VkPipelineShaderStageCreateInfo *made)
+{
+    const clast_shader_code *code = &clast_shader_codes[shader];
+    VkShaderModuleCreateInfo create = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code->bytes, .pCode = code->words};
+    *made = (VkPipelineShaderStageCreateInfo){
+        .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, .stage = stage, .pName = "main"};
+    return gpu->vk.vkCreateShaderModule(gpu->device, &create, NULL, &made->module);
+}
+
+static VkRayTracingShaderGroupCreateInfoKHR group_of(group_number number, uint32_t hit_stages)
+{
+    bool hits = number == GROUP_HIT;
+    return (VkRayTracingShaderGroupCreateInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR,
+        .type = hits ? VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
+                     : VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR,
+        .generalShader = hits ? VK_SHADER_UNUSED_KHR : (uint32_t)number,
+        .closestHitShader = hits ? GROUP_HIT : VK_SHADER_UNUSED_KHR,
+        .anyHitShader = hits && hit_stages > 1 ? GROUP_HIT + 1 : VK_SHADER_UNUSED_KHR,
+        .intersectionShader = VK_SHADER_UNUSED_KHR};
+}
+
+static VkResult link_pipeline(clast_driver *driver, const VkPipelineShaderStageCreateInfo *stages, uint32_t stage_count)
+{
+    VkRayTracingShaderGroupCreateInfoKHR groups[GROUP_COUNT];
+    for (int i = 0; i < GROUP_COUNT; i++) {
+        groups[i] = group_of((group_number)i, stage_count - GROUP_HIT);
+    }
+    VkRayTracingPipelineCreateInfoKHR create = {.sType = VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
+                                                .stageCount = stage_count,
+                                                .pStages = stages,
+                                                .groupCount = GROUP_COUNT,
+                                                .pGroups = groups,
+                                                .maxPipelineRayRecursionDepth = 1,
+                                                .layout = driver->layout};
+    clast_gpu *gpu = driver->gpu;
+    return gpu->vk.vkCreateRayTracingPipelinesKHR(gpu->device, VK_NULL_HANDLE, gpu->pipeline_cache, 1, &create, NULL,
+                                                  &driver->pipeline);
+}
+
+static clast_status make_pipeline(clast_driver *driver, clast_shader filter)
+{
+    clast_gpu *gpu = driver->gpu;
+    const struct {
+        clast_shader shader;
+        VkShaderStageFlagBits stage;
+    } parts[STAGES_MOST] = {
+        [GROUP_CLOSEST] = {CLAST_SHADER_DRIVER_CLOSEST, VK_SHADER_STAGE_RAYGEN_BIT_KHR},
+        [GROUP_ANY] = {CLAST_SHADER_DRIVER_ANY, VK_SHADER_STAGE_RAYGEN_BIT_KHR},
+        [GROUP_MISS] = {CLAST_SHADER_DRIVER_MISS, VK_SHADER_STAGE_MISS_BIT_KHR},
+        [GROUP_HIT] = {CLAST_SHADER_DRIVER_HIT, VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR},
+        {filter, VK_SHADER_STAGE_ANY_HIT_BIT_KHR},
+    };
+    VkPipelineShaderStageCreateInfo stages[STAGES_MOST] = {{0}};
+    uint32_t count = filter != CLAST_SHADER_COUNT_ ? STAGES_MOST : STAGES_MOST - 1;
+    VkResult result = VK_SUCCESS;
+    for (uint32_t i = 0; i < count && result == VK_SUCCESS; i++) {
+        result = make_stage(gpu, parts[i].shader, parts[i].stage, &stages[i]);
+    }
+    if (result == VK_SUCCESS) {
+        result = link_pipeline(driver, stages, count);
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        gpu->vk.vkDestroyShaderModule(gpu->device, stages[i].module, NULL);
+    }
+    return result == VK_SUCCESS ? CLAST_OK : clast_gpu_fail(gpu, result, "compiling the ray tracing pipeline");
+}
+
+static uint64_t round_up(uint64_t bytes, uint64_t step)
+{
+    return (bytes + step - 1) / step * step;
+}
+
+// Each record begins where a table of its own may.
+static clast_status make_table(clast_driver *driver)
+{
+    clast_gpu *gpu = driver->gpu;
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR limits = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR};
+    VkPhysicalDeviceProperties2 properties = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                              .pNext = &limits};
+    gpu->vk.vkGetPhysicalDeviceProperties2(gpu->physical_device, &properties);
+    driver->most = limits.maxRayDispatchInvocationCount;
+    uint32_t size = limits.shaderGroupHandleSize;
+    if (size > HANDLE_MOST) {
+        return clast_fail(gpu->context, CLAST_ERROR_UNSUPPORTED, "vulkan: handles of shaders have %u bytes", size);
+    }
+    uint8_t handles[GROUP_COUNT * HANDLE_MOST];
+    VkResult result = gpu->vk.vkGetRayTracingShaderGroupHandlesKHR(gpu->device, driver->pipeline, 0, GROUP_COUNT,
+                                                                   (size_t)GROUP_COUNT * size, handles);
+    if (result != VK_SUCCESS) {
+        return clast_gpu_fail(gpu, result, "asking for the handles of shaders");
+    }
+    uint64_t alignment = limits.shaderGroupBaseAlignment != 0 ? limits.shaderGroupBaseAlignment : 1;
+    uint64_t stride = round_up(size, limits.shaderGroupHandleAlignment != 0 ? limits.shaderGroupHandleAlignment : 1);
+    uint64_t step = round_up(stride, alignment);
+    clast_status status = clast_gpu_allocate(gpu, CLAST_GPU_UPLOAD, GROUP_COUNT * step + alignment,
+                                             "the table of shaders", &driver->table);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    uint64_t skipped = round_up(driver->table.address, alignment) - driver->table.address;
+    for (uint32_t i = 0; i < GROUP_COUNT; i++) {
+        uint64_t offset = skipped + i * step;
+        memcpy((uint8_t *)driver->table.mapped + offset, handles + (size_t)i * size, size);
+        driver->records[i] = (VkStridedDeviceAddressRegionKHR){driver->table.address + offset, stride, stride};
+    }
+    return CLAST_OK;
+}
+
+clast_status clast_driver_create(clast_gpu *gpu, clast_shader filter, clast_driver **result)
+{
+    *result = NULL;
+    if (!gpu->features.ray_tracing) {
+        return clast_fail(gpu->context, CLAST_ERROR_UNSUPPORTED,
+                          "vulkan: %s has no ray tracing pipeline that could be used", gpu->features.name);
+    }
+    clast_driver *driver = clast_allocate_zeroed(gpu->context, 1, sizeof *driver);
+    if (driver == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    driver->gpu = gpu;
+    clast_status status = make_layout(driver);
+    if (status == CLAST_OK) {
+        status = make_pipeline(driver, filter);
+    }
+    if (status == CLAST_OK) {
+        status = make_table(driver);
+    }
+    if (status != CLAST_OK) {
+        clast_driver_destroy(driver);
+        return status;
+    }
+    *result = driver;
+    return CLAST_OK;
+}
+
+void clast_driver_destroy(clast_driver *driver)
+{
+    if (driver == NULL) {
+        return;
+    }
+    clast_gpu *gpu = driver->gpu;
+    gpu->vk.vkDeviceWaitIdle(gpu->device);
+    gpu->vk.vkDestroyPipeline(gpu->device, driver->pipeline, NULL);
+    gpu->vk.vkDestroyPipelineLayout(gpu->device, driver->layout, NULL);
+    clast_gpu_free(gpu, &driver->table);
+    clast_free(gpu->context, driver);
+}
+
+// -------------------------------------------------------------------------------------------------------------- rays
+
+void clast_driver_trace(clast_gpu_commands *commands, const clast_driver *driver, const clast_driver_scene *scene,
+                        const clast_driver_rays *rays)
+{
+    clast_gpu *gpu = driver->gpu;
+    if (commands->status != CLAST_OK || rays->count == 0) {
+        return;
+    }
+    uint32_t across = rays->count < LAUNCHES_ACROSS ? rays->count : LAUNCHES_ACROSS;
+    uint32_t down = (rays->count + across - 1) / across;
+    if ((uint64_t)across * down > driver->most || scene->structure.address == 0) {
+        clast_gpu_note(commands,
+                       scene->structure.address == 0
+                           ? clast_fail(gpu->context, CLAST_ERROR_STATE, "vulkan: no instances were built")
+                           : clast_fail(gpu->context, CLAST_ERROR_LIMIT,
+                                        "vulkan: %u rays; the driver traces %u at a time", rays->count, driver->most));
+        return;
+    }
+    driver_push push = {.structure = scene->structure.address,
+                        .shapes = scene->shapes.address,
+                        .rays = rays->rays,
+                        .results = rays->results,
+                        .counts = rays->counts,
+                        .user = rays->user,
+                        .count = rays->count};
+    VkStridedDeviceAddressRegionKHR none = {0};
+    gpu->vk.vkCmdBindPipeline(commands->buffer, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, driver->pipeline);
+    gpu->vk.vkCmdBindDescriptorSets(commands->buffer, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, driver->layout, 0, 1,
+                                    &gpu->set, 0, NULL);
+    gpu->vk.vkCmdPushConstants(commands->buffer, driver->layout, ray_stages, 0, sizeof push, &push);
+    gpu->vk.vkCmdTraceRaysKHR(commands->buffer, &driver->records[rays->any ? GROUP_ANY : GROUP_CLOSEST],
+                              &driver->records[GROUP_MISS], &driver->records[GROUP_HIT], &none, across, down, 1);
+}
