@@ -39,9 +39,6 @@ typedef void (*clast_batch_kernel)(const clast_batch *batch, size_t count);
     bool clast_packet_##set(const clast_batch *batch, const uint32_t *numbers, uint32_t count); \
     void clast_stream_##set(const clast_batch *batch, const uint32_t *numbers, uint32_t count); \
     void clast_batch_##set(const clast_batch *batch, size_t count);
-CLAST_DECLARE_BATCH_KERNELS(plain)
-CLAST_DECLARE_BATCH_KERNELS(sse42)
-CLAST_DECLARE_BATCH_KERNELS(avx2)
-CLAST_DECLARE_BATCH_KERNELS(avx512)
+CLAST_EACH_ISA(CLAST_DECLARE_BATCH_KERNELS)
 
 #endif

@@ -245,9 +245,6 @@ const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa);
                              const clast_hit_filter *filter, clast_hit *hits); \
     void clast_any_##set(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter, \
                          uint8_t *occluded);
-CLAST_DECLARE_KERNELS(plain)
-CLAST_DECLARE_KERNELS(sse42)
-CLAST_DECLARE_KERNELS(avx2)
-CLAST_DECLARE_KERNELS(avx512)
+CLAST_EACH_ISA(CLAST_DECLARE_KERNELS)
 
 #endif

@@ -2,50 +2,22 @@
 // Rays, by the kernels of the context's instruction set.
 #include "accel/batch.h"
 
+const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa)
+{
 #define KERNELS(set) \
     { \
         clast_fit_##set, clast_gather_##set, clast_order_##set, clast_refit_nodes_##set, clast_place_##set, \
             clast_closest_##set, clast_any_##set \
     }
-
-const clast_accel_kernels *clast_accel_kernels_of(clast_isa isa)
-{
-    static const clast_accel_kernels plain = KERNELS(plain);
-#if defined(__x86_64__)
-    static const clast_accel_kernels sse42 = KERNELS(sse42);
-    static const clast_accel_kernels avx2 = KERNELS(avx2);
-    static const clast_accel_kernels avx512 = KERNELS(avx512);
-    if (isa == CLAST_ISA_AVX512) {
-        return &avx512;
-    }
-    if (isa == CLAST_ISA_AVX2) {
-        return &avx2;
-    }
-    if (isa == CLAST_ISA_SSE42) {
-        return &sse42;
-    }
-#else
-    (void)isa;
-#endif
-    return &plain;
+    static const clast_accel_kernels kernels[] = CLAST_KERNELS_BY_ISA(KERNELS);
+    return &kernels[clast_isa_index(isa)];
 }
 
 static clast_batch_kernel batch_kernel_of(clast_isa isa)
 {
-#if defined(__x86_64__)
-    if (isa == CLAST_ISA_AVX512) {
-        return clast_batch_avx512;
-    }
-    if (isa == CLAST_ISA_AVX2) {
-        return clast_batch_avx2;
-    }
-    if (isa == CLAST_ISA_SSE42) {
-        return clast_batch_sse42;
-    }
-#else
-    (void)isa;
-#endif
-    return clast_batch_plain;
+#define BATCH_KERNEL(set) clast_batch_##set
+    static const clast_batch_kernel kernels[] = CLAST_KERNELS_BY_ISA(BATCH_KERNEL);
+    return kernels[clast_isa_index(isa)];
 }
 
 void clast_trace_closest(const clast_tlas *tlas, const clast_ray *rays, size_t count, const clast_hit_filter *filter,

@@ -4,18 +4,7 @@
 
 clast_displace_kernel clast_displace_kernel_of(clast_isa isa)
 {
-#if defined(__x86_64__)
-    if (isa == CLAST_ISA_AVX512) {
-        return clast_displace_avx512;
-    }
-    if (isa == CLAST_ISA_AVX2) {
-        return clast_displace_avx2;
-    }
-    if (isa == CLAST_ISA_SSE42) {
-        return clast_displace_sse42;
-    }
-#else
-    (void)isa;
-#endif
-    return clast_displace_plain;
+#define KERNEL(set) clast_displace_##set
+    static const clast_displace_kernel kernels[] = CLAST_KERNELS_BY_ISA(KERNEL);
+    return kernels[clast_isa_index(isa)];
 }

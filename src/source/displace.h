@@ -35,9 +35,6 @@ typedef void (*clast_displace_kernel)(const clast_displace_job *job);
 clast_displace_kernel clast_displace_kernel_of(clast_isa isa);
 
 #define CLAST_DECLARE_DISPLACE(set) void clast_displace_##set(const clast_displace_job *job);
-CLAST_DECLARE_DISPLACE(plain)
-CLAST_DECLARE_DISPLACE(sse42)
-CLAST_DECLARE_DISPLACE(avx2)
-CLAST_DECLARE_DISPLACE(avx512)
+CLAST_EACH_ISA(CLAST_DECLARE_DISPLACE)
 
 #endif

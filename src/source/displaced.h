@@ -224,24 +224,37 @@ bool clast_displaced_next(displaced_reader *reader);
 float clast_displaced_cluster_level(const displaced_reader *reader, uint32_t vertex);
 float clast_displaced_level_of(const displaced_reader *reader, uint32_t corner);
 
-enum { DISPLACED_TOGETHER = 8 }; // places that are found at once: arrays of them have room for some more
+enum { DISPLACED_TOGETHER = 16 }; // places that are found at once: arrays of them have room for some more
 
 // Where a composite's vertices are that leaves share. By vertex and by edge of the cluster, whether or not the record has it: its
 // place, and the place of the first point within; whether a vertex is there; an edge's segments, 0 where it is not there.
 typedef struct displaced_layout {
     uint8_t vertex_at[CLUSTER_VERTICES + DISPLACED_TOGETHER], edge_at[DISPLACED_EDGES + DISPLACED_TOGETHER];
     uint8_t vertices[CLUSTER_VERTICES + DISPLACED_TOGETHER], factors[DISPLACED_EDGES + DISPLACED_TOGETHER];
-    uint8_t vertex_list[TEMPLATE_VERTICES];                   // those that are there
-    uint16_t edge_list[DISPLACED_EDGES + DISPLACED_TOGETHER]; // those that have points within
+    uint16_t vertex_list[CLUSTER_VERTICES + DISPLACED_TOGETHER]; // those that are there
+    uint16_t edge_list[DISPLACED_EDGES + DISPLACED_TOGETHER];    // those that have points within
     uint32_t vertex_count, edge_count, shared_count;
     bool by_owners; // a triangle is not plain
 } displaced_layout;
 
-// Of a record of which nothing has been read.
-void clast_displaced_lay_out(const displaced_reader *reader, displaced_layout *layout);
-// The corners of its triangles.
-void clast_displaced_place(const displaced_reader *reader, const displaced_layout *layout,
-                           uint8_t corners[3 * TEMPLATE_TRIANGLES]);
+typedef struct displaced_kernels {
+    // Of a record of which nothing has been read.
+    void (*lay_out)(const displaced_reader *reader, displaced_layout *layout);
+    // The corners of its triangles. Gives how many vertices its leaves have of their own.
+    uint32_t (*place)(const displaced_reader *reader, const displaced_layout *layout,
+                      uint8_t corners[3 * TEMPLATE_TRIANGLES]);
+} displaced_kernels;
+const displaced_kernels *clast_displaced_kernels_of(clast_isa isa);
+
+#define DISPLACED_DECLARE(set) \
+    void clast_displaced_lay_out_##set(const displaced_reader *reader, displaced_layout *layout); \
+    uint32_t clast_displaced_place_##set(const displaced_reader *reader, const displaced_layout *layout, \
+                                         uint8_t corners[3 * TEMPLATE_TRIANGLES]);
+CLAST_EACH_ISA(DISPLACED_DECLARE)
+#define DISPLACED_KERNELS(set) \
+    { \
+        clast_displaced_lay_out_##set, clast_displaced_place_##set \
+    }
 
 // ------------------------------------------------------------------------------------------------------------- duties
 

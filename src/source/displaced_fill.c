@@ -379,12 +379,12 @@ static void fill_shared(batch *b, displaced_reader *reader, const displaced_layo
     }
 }
 
-static void fill_composite(batch *b, displaced_reader *reader, const displaced_layout *layout)
+static void fill_composite(batch *b, displaced_reader *reader, const displaced_layout *layout, bool leaves_have_own)
 {
     reader->leaf.split = false;
     reader->use = displaced_pattern_of(b->unit, pattern_factors(1, 1, 1));
     fill_shared(b, reader, layout);
-    while (clast_displaced_next(reader)) {
+    while (leaves_have_own && clast_displaced_next(reader)) {
         if (reader->leaf.split) {
             fill_alone(b);
             continue;
@@ -426,8 +426,8 @@ void clast_displaced_fill(const clast_unit *base, const clast_pose *pose, const 
     begin_batch(&b, &reader, pose, positions);
     if (record_form(*record) == FORM_COMPOSITE) {
         displaced_layout layout;
-        clast_displaced_lay_out(&reader, &layout);
-        fill_composite(&b, &reader, &layout);
+        clast_displaced_kernels_of(clast_context_isa(base->context))->lay_out(&reader, &layout);
+        fill_composite(&b, &reader, &layout, true);
     } else if (clast_displaced_next(&reader)) {
         fill_alone(&b);
     } else {
@@ -442,11 +442,12 @@ void clast_displaced_fill_composite(const clast_unit *base, const clast_pose *po
                                     const uint32_t *words, packed3 *positions, uint8_t corners[3 * TEMPLATE_TRIANGLES])
 {
     displaced_reader reader = clast_displaced_read(clast_displaced_of(base), record, words);
+    const displaced_kernels *kernels = clast_displaced_kernels_of(clast_context_isa(base->context));
     displaced_layout layout;
-    clast_displaced_lay_out(&reader, &layout);
-    clast_displaced_place(&reader, &layout, corners);
+    kernels->lay_out(&reader, &layout);
+    bool leaves_have_own = kernels->place(&reader, &layout, corners) != 0;
     batch b;
     begin_batch(&b, &reader, pose, positions);
-    fill_composite(&b, &reader, &layout);
+    fill_composite(&b, &reader, &layout, leaves_have_own);
     flush(&b);
 }

@@ -59,9 +59,6 @@ const clast_rate_kernels *clast_rate_kernels_of(clast_isa isa);
     void clast_rate_points_##set(const clast_rate_view *view, const clast_rate_points *points, uint32_t count, \
                                  clast_rate_site *sites, uint16_t *levels); \
     void clast_rate_edges_##set(const clast_rate_view *view, const clast_rate_edges *edges, uint32_t *factors);
-CLAST_DECLARE_RATE(plain)
-CLAST_DECLARE_RATE(sse42)
-CLAST_DECLARE_RATE(avx2)
-CLAST_DECLARE_RATE(avx512)
+CLAST_EACH_ISA(CLAST_DECLARE_RATE)
 
 #endif

@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "base/isa.h"
 #include "base/thread.h"
 
 static void every_kind_is_tested(void **state)
@@ -378,6 +379,45 @@ static void the_same_question_gets_the_same_bits_on_any_thread(void **state)
     for_each_kind(state, check_purity);
 }
 
+static void assert_same_emission(const kind_world *a, const kind_world *b, const clast_source_view *view)
+{
+    kind_emission first = kind_emit(a, &kind_poses[1], view), second = kind_emit(b, &kind_poses[1], view);
+    assert_int_equal(first.record_count, second.record_count);
+    assert_memory_equal(first.records, second.records, first.record_count * sizeof *first.records);
+    assert_memory_equal(first.vertices, second.vertices, first.vertex_count * sizeof *first.vertices);
+    assert_memory_equal(first.words, second.words, first.word_count * sizeof *first.words);
+    for (size_t i = 0; i < first.record_count; i++) {
+        const clast_cluster_record *record = &first.records[i];
+        if (record_form(*record) == FORM_COMPOSITE) {
+            uint8_t corners[2][3 * TEMPLATE_TRIANGLES];
+            a->source->corners(a->unit, record, first.words + record->first_word, corners[0]);
+            b->source->corners(b->unit, record, second.words + record->first_word, corners[1]);
+            assert_memory_equal(corners[0], corners[1], 3 * (size_t)record_triangles(*record));
+        }
+    }
+    kind_emission_free(&first);
+    kind_emission_free(&second);
+}
+
+static void instruction_sets_do_not_matter(void **state)
+{
+    for (uint32_t kind = 0; kind < clast_source_kind_count; kind++) {
+        kind_world best = kind_open(*state, (clast_source_kind)kind);
+        for (uint32_t isa = CLAST_ISA_PLAIN; isa < (uint32_t)clast_isa_best(); isa++) {
+            clast_context *context;
+            clast_context_desc desc = {.threads = 1, .isa = (clast_isa)isa};
+            assert_int_equal(clast_context_create(&desc, &context), CLAST_OK);
+            kind_world other = kind_open(context, (clast_source_kind)kind);
+            for (uint32_t view = 0; view < KIND_VIEWS; view++) {
+                assert_same_emission(&best, &other, &kind_views[view]);
+            }
+            kind_close(&other);
+            clast_context_destroy(context);
+        }
+        kind_close(&best);
+    }
+}
+
 static void check_changed(kind_world *world)
 {
     for (uint32_t i = 0; i < KIND_VIEWS; i++) {
@@ -468,6 +508,7 @@ int main(void)
         CONTEXT_TEST(located_points_lie_on_their_triangles),
         CONTEXT_TEST(normals_point_to_the_counter_clockwise_side),
         CONTEXT_TEST(the_same_question_gets_the_same_bits_on_any_thread),
+        CONTEXT_TEST(instruction_sets_do_not_matter),
         CONTEXT_TEST(what_is_said_not_to_change_does_not),
         CONTEXT_TEST(primitives_are_corners_and_material_of_the_surface),
         CONTEXT_TEST(units_say_what_they_hold),
