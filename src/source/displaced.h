@@ -221,7 +221,10 @@ displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cl
 // False where there are no more leaves.
 bool clast_displaced_next(displaced_reader *reader);
 // The level at a vertex of the cluster, and at a corner of the leaf.
-float clast_displaced_cluster_level(const displaced_reader *reader, uint32_t vertex);
+static inline float displaced_cluster_level(const displaced_reader *reader, uint32_t vertex)
+{
+    return displaced_level(reader->levels != NULL ? reader->levels[vertex / 2] >> 16 * (vertex % 2) & 65535 : 0);
+}
 float clast_displaced_level_of(const displaced_reader *reader, uint32_t corner);
 
 enum { DISPLACED_TOGETHER = 16 }; // places that are found at once: arrays of them have room for some more

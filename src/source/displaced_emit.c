@@ -56,12 +56,18 @@ static void write_record(walk *w, uint32_t form, uint32_t template_index, const 
     w->count.blocks += form == FORM_COMPOSITE ? (from->triangle_count + BLOCK_TRIANGLES - 1) / BLOCK_TRIANGLES : 0;
 }
 
-static void put_leaf(open_record *record, const displaced_leaf *leaf)
+// A leaf before it is in a record.
+typedef struct loose_leaf {
+    uint32_t triangle, factors;
+    const displaced_leaf_corner *corners; // null for a whole triangle
+    displaced_pattern use;
+} loose_leaf;
+
+static void put_leaf(open_record *record, const loose_leaf *leaf)
 {
-    record->leaves[record->leaf_count++] = leaf->triangle | leaf->factors << DISPLACED_LEAF_TRIANGLE_BITS |
-                                           (uint32_t)leaf->split << DISPLACED_LEAF_SPLIT_BIT |
-                                           record->triangle_count << DISPLACED_LEAF_FIRST_BIT;
-    if (leaf->split) {
+    record->leaves[record->leaf_count++] = displaced_leaf_word(leaf->triangle, leaf->factors, leaf->corners != NULL,
+                                                               record->triangle_count);
+    if (leaf->corners != NULL) {
         uint32_t *to = record->splits + record->split_count++ * DISPLACED_SPLIT_WORDS;
         for (uint32_t k = 0; k < 3; k++) {
             to[k] = weights_word(leaf->corners[k].at);
@@ -71,14 +77,14 @@ static void put_leaf(open_record *record, const displaced_leaf *leaf)
     }
 }
 
-static void write_alone(walk *w, const displaced_leaf *leaf, displaced_pattern use)
+static void write_alone(walk *w, const loose_leaf *leaf)
 {
     open_record alone;
     alone.leaf_count = alone.triangle_count = alone.split_count = 0;
     put_leaf(&alone, leaf);
-    alone.triangle_count = pattern_triangles(*use.pattern);
-    alone.vertex_count = pattern_vertices(*use.pattern);
-    write_record(w, FORM_WHOLE, w->unit->first_pattern + use.number, &alone);
+    alone.triangle_count = pattern_triangles(*leaf->use.pattern);
+    alone.vertex_count = pattern_vertices(*leaf->use.pattern);
+    write_record(w, FORM_WHOLE, w->unit->first_pattern + leaf->use.number, &alone);
 }
 
 static void empty_record(open_record *record)
@@ -130,13 +136,13 @@ static uint32_t take(uint8_t *mark, uint8_t serial)
 }
 
 // Adds a leaf where it fits: corners and points within edges that the record has already cost nothing.
-static bool add_leaf(open_record *open, const displaced_leaf *leaf, displaced_pattern use, displaced_triangle triangle)
+static bool add_leaf(open_record *open, const loose_leaf *leaf, displaced_triangle triangle)
 {
-    uint32_t triangles = pattern_triangles(*use.pattern), vertices = pattern_vertices(*use.pattern);
+    uint32_t triangles = pattern_triangles(*leaf->use.pattern), vertices = pattern_vertices(*leaf->use.pattern);
     if (open->triangle_count + triangles > RECORD_TRIANGLES || open->vertex_count + vertices > TEMPLATE_VERTICES) {
         return false;
     }
-    for (uint32_t k = 0; k < 3 && !leaf->split; k++) {
+    for (uint32_t k = 0; k < 3 && leaf->corners == NULL; k++) {
         uint32_t within = pattern_factor(leaf->factors, k) - 1;
         vertices -= take(&open->vertices[displaced_corner(triangle, k)], open->serial) & 1;
         vertices -= take(&open->edges[displaced_edge_of(triangle, k)], open->serial) & within;
@@ -149,64 +155,60 @@ static bool add_leaf(open_record *open, const displaced_leaf *leaf, displaced_pa
 
 // Leaves come in the order of the cluster, and small ones gather in a record until one does not fit. The larger of the two then
 // goes on its own: the record while the leaf begins another, or the leaf.
-static void pack_leaf(walk *w, const displaced_leaf *leaf)
+static void pack_leaf(walk *w, uint32_t number, displaced_triangle triangle, const uint32_t factors[3],
+                      const displaced_leaf_corner *corners)
 {
-    displaced_pattern use = displaced_pattern_of(w->unit, leaf->factors);
-    displaced_triangle triangle = w->unit->triangles[w->cluster->first_triangle + leaf->triangle];
-    if (add_leaf(&w->open, leaf, use, triangle)) {
+    loose_leaf leaf = {number, pattern_factors(factors[0], factors[1], factors[2]), corners, {NULL, 0, 0}};
+    leaf.use = displaced_pattern_of(w->unit, leaf.factors);
+    if (add_leaf(&w->open, &leaf, triangle)) {
         return;
     }
-    if (pattern_triangles(*use.pattern) >= w->open.triangle_count) {
-        write_alone(w, leaf, use);
+    if (pattern_triangles(*leaf.use.pattern) >= w->open.triangle_count) {
+        write_alone(w, &leaf);
         return;
     }
     close_record(w);
-    add_leaf(&w->open, leaf, use, triangle);
+    add_leaf(&w->open, &leaf, triangle);
 }
 
 // ------------------------------------------------------------------------------------------------------------ walks
 
 typedef struct part_job {
     walk *w;
-    uint32_t triangle;
+    uint32_t number;
+    displaced_triangle triangle;
 } part_job;
 
 static bool pack_part(void *user, const displaced_part *part)
 {
     part_job *job = user;
-    displaced_leaf leaf = {
-        .triangle = job->triangle,
-        .factors = pattern_factors(part->factors[0], part->factors[1], part->factors[2]),
-        .split = true,
-        .corners = {part->corners[0], part->corners[1], part->corners[2]},
-    };
-    pack_leaf(job->w, &leaf);
+    pack_leaf(job->w, job->number, job->triangle, part->factors, part->corners);
     return job->w->count.triangles <= item_triangles_most;
+}
+
+static void split_triangle(walk *w, uint32_t number, displaced_triangle triangle, const uint32_t factors[3])
+{
+    displaced_part whole;
+    for (uint32_t k = 0; k < 3; k++) {
+        whole.factors[k] = factors[k];
+        whole.corners[k] = (displaced_leaf_corner){weights_of_corner(k),
+                                                   w->rates.levels[displaced_corner(triangle, k)]};
+    }
+    part_job job = {w, number, triangle};
+    clast_displaced_split(w->unit, w->pose, &w->view, w->cluster, number, &whole, pack_part, &job);
 }
 
 static void pack_triangle(walk *w, uint32_t number)
 {
     displaced_triangle triangle = w->unit->triangles[w->cluster->first_triangle + number];
-    displaced_part whole;
-    bool small = true;
-    for (uint32_t k = 0; k < 3; k++) {
-        whole.factors[k] = w->rates.factors[displaced_edge_of(triangle, k)];
-        small = small && whole.factors[k] <= PATTERN_SEGMENTS;
+    const uint32_t *all = w->rates.factors;
+    const uint32_t factors[3] = {all[displaced_edge_of(triangle, 0)], all[displaced_edge_of(triangle, 1)],
+                                 all[displaced_edge_of(triangle, 2)]};
+    if (max_uint(max_uint(factors[0], factors[1]), factors[2]) <= PATTERN_SEGMENTS) {
+        pack_leaf(w, number, triangle, factors, NULL);
+    } else {
+        split_triangle(w, number, triangle, factors);
     }
-    if (small) {
-        displaced_leaf leaf = {
-            .triangle = number,
-            .factors = pattern_factors(whole.factors[0], whole.factors[1], whole.factors[2]),
-        };
-        pack_leaf(w, &leaf);
-        return;
-    }
-    for (uint32_t k = 0; k < 3; k++) {
-        whole.corners[k] = (displaced_leaf_corner){weights_of_corner(k),
-                                                   w->rates.levels[displaced_corner(triangle, k)]};
-    }
-    part_job job = {w, number};
-    clast_displaced_split(w->unit, w->pose, &w->view, w->cluster, number, &whole, pack_part, &job);
 }
 
 static void write_levels(walk *w)

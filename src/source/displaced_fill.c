@@ -71,14 +71,33 @@ static uint32_t add_corner(batch *b, vec3 position, vec3 normal, vec2 coordinate
 }
 
 // A vertex of the cluster, with what its owner has, is the corner of that number.
+static void put_vertex(batch *b, uint32_t vertex, const displaced_vertex *from)
+{
+    b->known[vertex] = true;
+    put_corner(&b->corners[vertex], clast_displaced_position(b->unit, b->pose, from),
+               clast_displaced_normal(b->unit, b->pose, from), load2(from->coordinates),
+               displaced_cluster_level(b->reader, vertex));
+}
+
+// At rest: a vertex has its attributes in a corner's order.
+static inline void put_resting_vertex(batch *b, uint32_t vertex, const displaced_vertex *from)
+{
+    _Static_assert(offsetof(displaced_vertex, normal) - offsetof(displaced_vertex, position) ==
+                           (DISPLACE_NORMAL - DISPLACE_POSITION) * sizeof(float) &&
+                       offsetof(displaced_vertex, coordinates) - offsetof(displaced_vertex, position) ==
+                           (DISPLACE_COORDINATES - DISPLACE_POSITION) * sizeof(float),
+                   "one after the other");
+    b->known[vertex] = true;
+    clast_displace_corner *corner = &b->corners[vertex];
+    memcpy(corner->of, from->position.v, DISPLACE_LEVEL * sizeof(float));
+    memset(corner->of + DISPLACE_LEVEL, 0, (DISPLACE_FLOATS - DISPLACE_LEVEL) * sizeof(float));
+    corner->of[DISPLACE_LEVEL] = displaced_cluster_level(b->reader, vertex);
+}
+
 static uint32_t add_vertex(batch *b, uint32_t vertex)
 {
     if (!b->known[vertex]) {
-        const displaced_vertex *from = displaced_vertex_of(b->unit, b->cluster, vertex);
-        b->known[vertex] = true;
-        put_corner(&b->corners[vertex], clast_displaced_position(b->unit, b->pose, from),
-                   clast_displaced_normal(b->unit, b->pose, from), load2(from->coordinates),
-                   clast_displaced_cluster_level(b->reader, vertex));
+        put_vertex(b, vertex, displaced_vertex_of(b->unit, b->cluster, vertex));
     }
     return vertex;
 }
@@ -356,9 +375,42 @@ static void find_users(displaced_reader reader, edge_user users[DISPLACED_EDGES]
     }
 }
 
+// What the leaves share where one map displaces all of it at rest; false where it is not so.
+static bool fill_plainly(batch *b, const displaced_layout *layout)
+{
+    if (layout->by_owners || b->unit->curved || b->pose->positions != NULL || b->pose->normals != NULL ||
+        layout->vertex_count == 0) {
+        return false;
+    }
+    const uint32_t *vertex_numbers = b->unit->vertex_numbers + b->cluster->first_vertex;
+    uint32_t map = b->unit->vertices[vertex_numbers[layout->vertex_list[0]]].map, others = 0;
+    for (uint32_t i = 0; i < layout->vertex_count; i++) {
+        uint32_t vertex = layout->vertex_list[i];
+        const displaced_vertex *from = &b->unit->vertices[vertex_numbers[vertex]];
+        others |= from->map ^ map;
+        put_resting_vertex(b, vertex, from);
+        b->numbers[i] = vertex * 0x010101u;
+        b->weights[i] = 0; // all of the first
+    }
+    if (others != 0) {
+        return false;
+    }
+    b->map = &b->unit->maps[map];
+    b->count = layout->vertex_count; // all points of a record have room in a batch
+    const displaced_edge *edges = b->unit->edges + b->cluster->first_edge;
+    for (uint32_t i = 0; i < layout->edge_count; i++) {
+        uint32_t number = layout->edge_list[i], ends = edges[number].ends;
+        add_edge_points(b, ends & 255, ends >> 8 & 255, layout->factors[number]);
+    }
+    return true;
+}
+
 // What the leaves share.
 static void fill_shared(batch *b, displaced_reader *reader, const displaced_layout *layout)
 {
+    if (fill_plainly(b, layout)) {
+        return;
+    }
     edge_user users[DISPLACED_EDGES];
     bool by_users = layout->by_owners || b->unit->curved;
     if (by_users) {

@@ -16,19 +16,13 @@ displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cl
     return reader;
 }
 
-float clast_displaced_cluster_level(const displaced_reader *reader, uint32_t vertex)
-{
-    uint32_t steps = reader->levels != NULL ? reader->levels[vertex / 2] >> 16 * (vertex % 2) & 65535 : 0;
-    return (float)steps * (1.0f / (float)HEIGHT_LEVEL_STEPS);
-}
-
 float clast_displaced_level_of(const displaced_reader *reader, uint32_t corner)
 {
     if (reader->leaf.split) {
         return (float)reader->leaf.corners[corner].level * (1.0f / (float)HEIGHT_LEVEL_STEPS);
     }
     displaced_triangle triangle = reader->unit->triangles[reader->cluster->first_triangle + reader->leaf.triangle];
-    return clast_displaced_cluster_level(reader, displaced_corner(triangle, corner));
+    return displaced_cluster_level(reader, displaced_corner(triangle, corner));
 }
 
 static void read_split(displaced_reader *reader)

@@ -52,7 +52,7 @@ static base_point find_point(const displaced_unit *unit, const clast_cluster_rec
     if (record->detail == 0) {
         displaced_triangle corners = unit->triangles[reader.cluster->first_triangle + triangle];
         for (uint32_t k = 0; k < 3; k++) {
-            point.level += clast_displaced_cluster_level(&reader, displaced_corner(corners, k)) * within[k];
+            point.level += displaced_cluster_level(&reader, displaced_corner(corners, k)) * within[k];
         }
         return point;
     }

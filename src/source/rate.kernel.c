@@ -25,11 +25,9 @@ CLAST_LANES clast_wide3 to_camera(const clast_rate_view *view, clast_wide3 p)
 }
 
 // rate_point()
-CLAST_LANES seen_point look_at(const clast_rate_view *view, clast_wide3 position, clast_wide3 normal)
+CLAST_LANES void put_on_screen(const clast_rate_view *view, seen_point *point)
 {
-    seen_point point;
-    clast_wide3 camera = to_camera(view, position);
-    point.camera = camera;
+    clast_wide3 camera = point->camera;
     clast_wide sideways = wide_max1(wide_abs1(camera.x) * view->narrowing.v[0],
                                     wide_abs1(camera.y) * view->narrowing.v[1]);
     clast_wide depth = wide_max1(wide_max1(wide_splat(view->near_plane), camera.z), sideways);
@@ -37,10 +35,20 @@ CLAST_LANES seen_point look_at(const clast_rate_view *view, clast_wide3 position
     if (view->parallel == 0) {
         scale = scale * wide_reciprocal(wide_clamp1(depth, 1e-30f, 1e30f));
     }
-    point.screen[0] = camera.x * scale;
-    point.screen[1] = camera.y * scale;
+    point->screen[0] = camera.x * scale;
+    point->screen[1] = camera.y * scale;
+}
+
+CLAST_LANES clast_wide facing_of(const clast_rate_view *view, clast_wide3 position, clast_wide3 normal)
+{
     clast_wide3 away = {view->eye.v[0] - position.x, view->eye.v[1] - position.y, view->eye.v[2] - position.z};
-    point.facing = wide_dot3(normal, away) * wide_rsqrt(wide_clamp1(wide_dot3(away, away), 1e-36f, 1e36f));
+    return wide_dot3(normal, away) * wide_rsqrt(wide_clamp1(wide_dot3(away, away), 1e-36f, 1e36f));
+}
+
+CLAST_LANES seen_point look_at(const clast_rate_view *view, clast_wide3 position, clast_wide3 normal)
+{
+    seen_point point = {.camera = to_camera(view, position), .facing = facing_of(view, position, normal)};
+    put_on_screen(view, &point);
     return point;
 }
 
@@ -215,12 +223,21 @@ CLAST_LANES clast_wide3 middle_position(const clast_wide_columns *at, const clas
     };
 }
 
+// Only what edges are measured by in this view.
 CLAST_LANES seen_point look_at_middle(const clast_rate_view *view, const clast_rate_edges *edges,
                                       const clast_wide_columns *a, const clast_wide_columns *b, clast_wide height)
 {
     clast_wide3 na = three_of(a, RATE_NORMAL), nb = three_of(b, RATE_NORMAL);
     clast_wide3 normal = {(na.x + nb.x) * 0.5f, (na.y + nb.y) * 0.5f, (na.z + nb.z) * 0.5f};
-    return look_at(view, wide_displaced(middle_position(a, b, edges->curved), normal, height * edges->scale), normal);
+    clast_wide3 position = wide_displaced(middle_position(a, b, edges->curved), normal, height * edges->scale);
+    seen_point point = {.camera = to_camera(view, position)};
+    if (view->metric == CLAST_METRIC_PIXELS) {
+        put_on_screen(view, &point);
+    }
+    if (view->faces != 0) {
+        point.facing = facing_of(view, position, normal);
+    }
+    return point;
 }
 
 // Sixteen edges, or eight; where there are fewer, from the first site to itself.
