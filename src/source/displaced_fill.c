@@ -79,19 +79,15 @@ static void put_vertex(batch *b, uint32_t vertex, const displaced_vertex *from)
                displaced_cluster_level(b->reader, vertex));
 }
 
-// At rest: a vertex has its attributes in a corner's order.
 static inline void put_resting_vertex(batch *b, uint32_t vertex, const displaced_vertex *from)
 {
-    _Static_assert(offsetof(displaced_vertex, normal) - offsetof(displaced_vertex, position) ==
-                           (DISPLACE_NORMAL - DISPLACE_POSITION) * sizeof(float) &&
-                       offsetof(displaced_vertex, coordinates) - offsetof(displaced_vertex, position) ==
-                           (DISPLACE_COORDINATES - DISPLACE_POSITION) * sizeof(float),
-                   "one after the other");
     b->known[vertex] = true;
-    clast_displace_corner *corner = &b->corners[vertex];
-    memcpy(corner->of, from->position.v, DISPLACE_LEVEL * sizeof(float));
-    memset(corner->of + DISPLACE_LEVEL, 0, (DISPLACE_FLOATS - DISPLACE_LEVEL) * sizeof(float));
-    corner->of[DISPLACE_LEVEL] = displaced_cluster_level(b->reader, vertex);
+    float *of = b->corners[vertex].of;
+    memcpy(of + DISPLACE_POSITION, from->position.v, sizeof from->position);
+    memcpy(of + DISPLACE_NORMAL, from->normal.v, sizeof from->normal);
+    memcpy(of + DISPLACE_COORDINATES, from->coordinates.v, sizeof from->coordinates);
+    memset(of + DISPLACE_LEVEL, 0, (DISPLACE_FLOATS - DISPLACE_LEVEL) * sizeof *of);
+    of[DISPLACE_LEVEL] = displaced_cluster_level(b->reader, vertex);
 }
 
 static uint32_t add_vertex(batch *b, uint32_t vertex)
