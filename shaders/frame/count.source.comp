@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the items of some units need: of each, where it is kept, and of all of a unit.
 #extension GL_GOOGLE_include_directive : require
+#define SOURCE_COUNTS
 #include "source_kind.glsl"
 #include "frame/spans.glsl"
 

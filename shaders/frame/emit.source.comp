@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The records of some units' items, and their words. Where they go follows from sums over what was counted.
 #extension GL_GOOGLE_include_directive : require
+#define SOURCE_COUNTS
 #include "source_kind.glsl"
 #include "frame/spans.glsl"
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Vertices of some units' records, and the clusters fitted to them while they are in shared memory: a work group for each record.
 #extension GL_GOOGLE_include_directive : require
+#define SOURCE_FILLS
 #include "source_kind.glsl"
 #include "frame/spans.glsl"
 

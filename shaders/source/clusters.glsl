@@ -60,7 +60,9 @@ void source_emit(unit_reference unit, uint item, uint first_vertex, uint first_w
     cluster_records(records).at[0] =
         cooked_record(cooked_cluster_of(unit, item), unit.of.number, item, first_vertex, first_word);
 }
+#endif
 
+#ifdef SOURCE_FILLS
 void source_fill(unit_reference unit, clast_cluster_record record, uint64_t words)
 {
     clast_cooked_cluster cluster = cooked_cluster_of(unit, record.item);

@@ -15,8 +15,13 @@ uint64_t resident_displaced(unit_reference unit, clast_cluster_record record) { 
 #ifdef SOURCE_KIND
 #define SOURCE_COMPOSITES
 #define source_resident resident_displaced
+#endif
 
+#ifdef SOURCE_FILLS
 #include "source/displaced_fill.glsl"
+#endif
+
+#ifdef SOURCE_COUNTS
 #include "source/displaced_leaves.glsl"
 #endif
 

@@ -28,6 +28,10 @@
 //   void source_corners(unit_reference unit, clast_cluster_record record, uint64_t words)
 //       Of composites: writes cluster_corners[], and ends with a barrier. With SOURCE_COMPOSITES only.
 //
+// A kernel says which of them it calls before it includes the kind's file, so that no others take shared memory:
+// SOURCE_COUNTS for source_count and source_emit, SOURCE_FILLS for source_fill and source_corners. The latter follows the
+// former for the same record.
+//
 // `words` is where the first word of the record lies (unit.words + 4 * record.first_word), except in source_emit.
 // The view is unit.of.view, the pose is in unit.of too.
 #ifndef CLAST_SOURCE_GLSL
@@ -72,7 +76,7 @@ struct source_surface
     uint material;
 };
 
-#ifdef SOURCE_KIND
+#ifdef SOURCE_FILLS
 shared vec3 cluster_points[TEMPLATE_VERTICES];      // of a record, in its order
 shared uint cluster_corners[TEMPLATE_TRIANGLES];    // three vertices of the record, 8 bits each
 #endif

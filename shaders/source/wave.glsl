@@ -83,7 +83,9 @@ void source_emit(unit_reference unit, uint item, uint first_vertex, uint first_w
     cluster_records(records).at[0] =
         wave_record(segments, template_index, unit.of.number, item, first_vertex, first_word);
 }
+#endif
 
+#ifdef SOURCE_FILLS
 void source_fill(unit_reference unit, clast_cluster_record record, uint64_t words)
 {
     clast_wave_sheet sheet = wave_sheet_of(unit);
