@@ -1,0 +1,591 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays through a scene (shared/cluster.h): the nearest hit, or any. The hits are those of src/accel, to the bit.
+//
+// A ray goes down by groups: those children of a node that it meets, as bits in the order in which it comes to them (Ylitie,
+// Karras, Laine, Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs, 2017). What waits is a stack of groups,
+// of which each level of a tree leaves one at most.
+//
+// Which triangle the ray passes is decided exactly by the signs of edge functions; distances on the way are rough, with a bound
+// for how far they are off. Where that leaves open which of two hits is nearer, or whether one is in the ray's range, both
+// are found exactly, with the processor's bits (exact_hit); the winner is found so in any case, at the end.
+//
+// A kernel may define before:
+//   TRACE_RAY()       where the ray is read whenever it is needed: clast_ray; without, it is kept
+//   TRACE_FILTER(hit) whether a hit of a filtered placement counts: hit has all but normal and steps
+//   TRACE_BYTES       0: bytes become floats as halves, 1: by conversion
+#ifndef CLAST_ACCEL_TRACE_GLSL
+#define CLAST_ACCEL_TRACE_GLSL
+
+#include "accel/ray.glsl"
+
+#ifndef TRACE_BYTES
+#define TRACE_BYTES 0u
+#endif
+
+// Trees have at most 24 levels each (TREE_LEVELS of shared/tree.h), a cluster has two.
+const uint TRACE_STACK = 52u;
+
+// A group of children: `at` is a node's number or a cluster's place. The bits of `rest`:
+const uint GROUP_LEFT = 255u;    // children that are left, the next the highest
+const uint GROUP_TURN = 8u;      // three bits: child = bit ^ turn
+const uint GROUP_CLUSTER = 2048u; // the children are a cluster's nodes
+// A group of leaves has beside the first two:
+const uint LEAVES_SECOND = 2048u; // the first pair of the next leaf was looked at
+const uint LEAVES_NODE = 12u;     // three bits: the leaves are eight times this and on
+const uint LEAVES_COUNTS = 16u;   // the cluster's counts
+
+const float SLACK = 1.9073486328125e-6; // 2^-19
+const float BYTES_SHIFT = 1024.0;       // what bytes that became halves have too much
+
+ARRAY_OF(trace_pairs, clast_pair, 8)
+
+// Where a triangle is: a placement, a place of a cluster, and two times a pair's number, plus 1 for its second triangle.
+struct trace_place
+{
+    uint placement, cluster, triangle;
+};
+
+struct trace_state
+{
+    ray_space space;
+    ray_shear shear;
+    uint64_t scene;
+    uint64_t nodes, clusters; // of the tree that the ray is in
+    uint placement;           // that it is in; CLAST_NONE: in the world
+    bool filtered;
+    bool any;
+    bool more;                // there may be more to find
+    float slack;              // how far a rough distance may be off, here
+    float t;                  // of the best hit, or the ray's end
+    float t_slack;            // how far that may be off
+    float limit;              // as boxes see it
+    trace_place best;         // placement: CLAST_NONE where there is none
+    uint at, rest;            // the group that the ray is at
+    uint height, base;        // of the stack, and where that of the placement begins
+    uint leaves;              // the group of leaves that is left
+    uint leaves_at;           // the place of its cluster
+    uint64_t vertices, pairs; // and what it has
+    uint steps;
+};
+
+trace_state trace;
+uvec2 trace_stack[TRACE_STACK];
+
+#ifndef TRACE_RAY
+clast_ray trace_kept;
+#define TRACE_RAY() trace_kept
+#define TRACE_KEEPS
+#endif
+
+// -------------------------------------------------------------------------------------------------------------- boxes
+
+// Bytes of a word as floats, plus BYTES_SHIFT where they went by halves: 0x6400 is 1024, and its last bits are ones.
+vec4 bytes_of(uint word)
+{
+    if (TRACE_BYTES != 0u) {
+        return vec4(float(word & 255u), float(word >> 8u & 255u), float(word >> 16u & 255u), float(word >> 24u));
+    }
+    vec2 even = unpackHalf2x16((word & 0x00ff00ffu) | 0x64006400u);
+    vec2 odd = unpackHalf2x16((word >> 8u & 0x00ff00ffu) | 0x64006400u);
+    return vec4(even.x, odd.x, even.y, odd.y);
+}
+
+// Four boxes: bits of those that the ray meets.
+uint test_four(uvec3 near_sides, uvec3 far_sides, vec3 step, vec3 near, vec3 far)
+{
+    vec4 enter = max(max(bytes_of(near_sides.x) * step.x + near.x, bytes_of(near_sides.y) * step.y + near.y),
+                     max(bytes_of(near_sides.z) * step.z + near.z, vec4(trace.space.t_min)));
+    vec4 leave = min(min(bytes_of(far_sides.x) * step.x + far.x, bytes_of(far_sides.y) * step.y + far.y),
+                     min(bytes_of(far_sides.z) * step.z + far.z, vec4(trace.limit)));
+    return (enter.x <= leave.x ? 1u : 0u) | (enter.y <= leave.y ? 2u : 0u) | (enter.z <= leave.z ? 4u : 0u) |
+           (enter.w <= leave.w ? 8u : 0u);
+}
+
+// Eight boxes over a base with exponents. `x`, `y` and `z` are the words of sides[] for each axis.
+uint test_boxes(uvec4 base, uvec4 x, uvec4 y, uvec4 z)
+{
+    vec3 step = vec3(power_of_two(base.w & 255u), power_of_two(base.w >> 8u & 255u), power_of_two(base.w >> 16u & 255u)) *
+                trace.space.inverse;
+    vec3 shift = (uintBitsToFloat(base.xyz) - trace.space.origin) * trace.space.inverse;
+    if (TRACE_BYTES == 0u) {
+        shift -= BYTES_SHIFT * step;
+    }
+    vec3 pad = abs(trace.space.inverse) * trace.space.pad;
+    vec3 near = shift - pad, far = shift + pad;
+    bvec3 down = bvec3((trace.space.octant & 1u) != 0u, (trace.space.octant & 2u) != 0u, (trace.space.octant & 4u) != 0u);
+    x = down.x ? x.zwxy : x;
+    y = down.y ? y.zwxy : y;
+    z = down.z ? z.zwxy : z;
+    return test_four(uvec3(x.x, y.x, z.x), uvec3(x.z, y.z, z.z), step, near, far) |
+           test_four(uvec3(x.y, y.y, z.y), uvec3(x.w, y.w, z.w), step, near, far) << 4u;
+}
+
+// Bits by place become bits in the order of the ray, the next the highest: bit i is place i ^ turn.
+uint turn_bits(uint bits, uint turn)
+{
+    bits = (turn & 1u) != 0u ? (bits & 0x55u) << 1u | (bits >> 1u & 0x55u) : bits;
+    bits = (turn & 2u) != 0u ? (bits & 0x33u) << 2u | (bits >> 2u & 0x33u) : bits;
+    return (turn & 4u) != 0u ? (bits & 0x0fu) << 4u | bits >> 4u : bits;
+}
+
+// The highest bit is the place that the ray comes to first: the opposite of the signs.
+uint tree_turn(uint order)
+{
+    uint octant = trace.space.octant >> 3u;
+    return (octant >> (order & 3u) & 1u) | (octant >> (order >> 2u & 3u) & 1u) << 1u |
+           (octant >> (order >> 4u & 3u) & 1u) << 2u;
+}
+
+uint cluster_turn(uint order)
+{
+    uint octant = trace.space.octant >> 3u | (trace.space.octant & 7u) << 3u;
+    return (octant >> (order & 7u) & 1u) | (octant >> (order >> 3u & 7u) & 1u) << 1u |
+           (octant >> (order >> 6u & 7u) & 1u) << 2u;
+}
+
+// ------------------------------------------------------------------------------------------------------------- spaces
+
+// The best hit's distance, as boxes see it, no less than it may be.
+void set_limit()
+{
+    float t = min(trace.t + trace.t_slack, NUMBER_MOST);
+    trace.limit = min(distance_in(trace.space, t + abs(t) * SLACK), NUMBER_MOST);
+}
+
+tame_direction tame_world(clast_ray ray) { return tame(load3(ray.direction), 0); }
+
+uint64_t placement_address(uint number)
+{
+    return load_address(scene_reference(trace.scene).of.placements) + 144ul * number;
+}
+
+// Goes into a placement's tree, at its root. False where nothing can be hit there.
+bool enter(uint number)
+{
+    clast_ray ray = TRACE_RAY();
+    uint64_t address = placement_address(number);
+    object_ray object = enter_placement(ray, tame_world(ray), address);
+    if (!object.there) {
+        return false;
+    }
+    placements from = placements(address);
+    trace.placement = number;
+    trace.filtered = (from.at[0].flags & PLACEMENT_FILTERED) != 0u;
+    trace.nodes = load_address(from.at[0].nodes);
+    trace.clusters = load_address(from.at[0].clusters);
+    trace.space = make_space(object.origin, object.tamed, object.reach, object.reach * PAD_OBJECT, ray.t_min);
+    trace.shear = make_shear(object.origin, object.tamed, object.reach);
+    trace.slack = min(abs(trace.shear.along) * (object.reach * trace.shear.ray.scale) * trace.shear.along_rest * SLACK,
+                      NUMBER_MOST);
+    trace.base = trace.height;
+    set_limit();
+    return true;
+}
+
+// Into the world, or back.
+void enter_world()
+{
+    clast_ray ray = TRACE_RAY();
+    clast_device_scene scene = scene_reference(trace.scene).of;
+    vec3 origin = load3(ray.origin);
+    float reach = reach_of(origin, scene.box);
+    float pad = min(min(reach * PAD_WORLD, BOX_COORDINATE_MOST) * scene.spread, BOX_COORDINATE_MOST);
+    trace.placement = CLAST_NONE;
+    trace.nodes = load_address(scene.nodes);
+    trace.space = make_space(origin, tame_world(ray), reach, pad, ray.t_min);
+    trace.base = 0u;
+    set_limit();
+}
+
+// -------------------------------------------------------------------------------------------------------------- hits
+
+// A triangle as the ray hits it, to the bit.
+struct exact_hit
+{
+    bool there;
+    float t, u, v;
+    vec3 corners[3];
+    uint instance, cluster, triangle;
+};
+
+// The corners of a pair's triangle, in their order, and its number: three times 8 bits, and 8.
+uint triangle_of(clast_pair pair, uint second)
+{
+    if (!pair_is_fan(pair)) {
+        return second != 0u ? pair.second : pair.first;
+    }
+    uint d = pair_corner(pair.second, 2u);
+    uint a = pair_corner(pair.first, 0u);
+    uint fan[3] = {a, pair_corner(pair.first, second != 0u ? 2u : 1u), second != 0u ? d : pair_corner(pair.first, 2u)};
+    uint turn = second != 0u ? pair_second_turn(pair) : pair_first_turn(pair);
+    return triangle_word(fan[turn], fan[(turn + 1u) % 3u], fan[(turn + 2u) % 3u],
+                         (second != 0u ? pair.second : pair.first) >> 24u);
+}
+
+exact_hit find_exactly(trace_place place)
+{
+    clast_ray ray = TRACE_RAY();
+    uint64_t address = placement_address(place.placement);
+    object_ray object = enter_placement(ray, tame_world(ray), address);
+    ray_shear shear = make_shear(object.origin, object.tamed, object.reach);
+    placements from = placements(address);
+    uint4s head = uint4s(load_address(from.at[0].clusters) + uint64_t(CLUSTER_UNIT) * place.cluster);
+    uvec4 addresses = head.at[1];
+    clast_pair pair = trace_pairs(load_address(addresses.zw)).at[place.triangle >> 1u];
+    uint triangle = triangle_of(pair, place.triangle & 1u);
+    positions3 vertices = positions3(load_address(addresses.xy));
+    exact_hit hit;
+    for (uint k = 0u; k < 3u; k++) {
+        hit.corners[k] = load3(vertices.at[pair_corner(triangle, k)]);
+    }
+    vec3 a = watertight_vertex(shear.ray, hit.corners[0]);
+    vec3 b = watertight_vertex(shear.ray, hit.corners[1]);
+    vec3 c = watertight_vertex(shear.ray, hit.corners[2]);
+    clast_watertight_edges edges = watertight_edges(a, b, c);
+    hit.there = is_sound3(hit.corners[0]) && is_sound3(hit.corners[1]) && is_sound3(hit.corners[2]) &&
+                watertight_passes(edges);
+    precise float t = exact_divide(edges.depth, edges.sum) * shear.along * shear.along_rest;
+    hit.t = t;
+    hit.u = exact_divide(edges.b, edges.sum);
+    hit.v = exact_divide(edges.c, edges.sum);
+    hit.instance = from.at[0].id;
+    hit.cluster = head.at[2].x;
+    hit.triangle = triangle >> 24u;
+    return hit;
+}
+
+// Whether a hit at the distance of the best takes its place.
+bool wins_tie(exact_hit hit, exact_hit best)
+{
+    if (hit.instance != best.instance) {
+        return hit.instance < best.instance;
+    }
+    if (hit.cluster != best.cluster) {
+        return hit.cluster < best.cluster;
+    }
+    return hit.triangle != best.triangle ? hit.triangle < best.triangle : trace.placement < trace.best.placement;
+}
+
+// Whether a triangle becomes the best hit; then its distance is exact.
+bool resolve(trace_place place, out float t)
+{
+    exact_hit hit = find_exactly(place);
+    t = hit.t;
+    if (!hit.there || !(hit.t >= TRACE_RAY().t_min) || hit.t > trace.t + trace.t_slack) {
+        return false;
+    }
+    if (trace.best.placement != CLAST_NONE) {
+        exact_hit best = find_exactly(trace.best);
+        trace.t = best.t;
+        trace.t_slack = 0.0;
+        if (hit.t > best.t || (hit.t == best.t && !wins_tie(hit, best))) {
+            return false;
+        }
+    }
+#ifdef TRACE_FILTER
+    if (trace.filtered) {
+        clast_hit put;
+        put.t = hit.t;
+        put.barycentrics = store2(vec2(hit.u, hit.v));
+        put.normal = store3(vec3(0.0));
+        put.instance = hit.instance;
+        put.cluster = hit.cluster;
+        put.triangle = hit.triangle;
+        put.steps = 0u;
+        return TRACE_FILTER(put);
+    }
+#endif
+    return true;
+}
+
+// A triangle that the ray passes, at a rough distance; or may pass, where it is `unsure`.
+void consider(uint triangle, float t, bool unsure)
+{
+    float open = trace.slack + trace.t_slack, least = TRACE_RAY().t_min;
+    if (!unsure && (t > trace.t + open || t < least - trace.slack)) {
+        return;
+    }
+    unsure = unsure || !(t < trace.t - open && t > least + trace.slack);
+#ifdef TRACE_FILTER
+    unsure = unsure || trace.filtered;
+#endif
+    trace_place place = trace_place(trace.placement, trace.leaves_at, triangle);
+    if (unsure && !resolve(place, t)) {
+        return;
+    }
+    trace.best = place;
+    trace.t = t;
+    trace.t_slack = unsure ? 0.0 : trace.slack;
+    trace.more = !trace.any;
+    set_limit();
+}
+
+// ---------------------------------------------------------------------------------------------------------- triangles
+
+// A vertex as watertight_vertex gives it: (v - origin) * scale is v * scale - origin * scale, rounded once, whether fused or
+// not, as multiplying by the scale is exact.
+precise vec3 shear_vertex(uint number, uvec3 axes, vec3 moved)
+{
+    floats from = floats(trace.vertices + 12ul * number);
+    float scale = trace.shear.ray.scale;
+    float z = fma(from.at[axes.z], scale, -moved.z);
+    float x = fma(from.at[axes.x], scale, -moved.x);
+    float y = fma(from.at[axes.y], scale, -moved.y);
+    return vec3(x - trace.shear.ray.shear_x * z, y - trace.shear.ray.shear_y * z, z);
+}
+
+// Edge functions of a triangle, as long as none is zero: the weights of its corners.
+precise vec3 rough_edges(vec3 a, vec3 b, vec3 c)
+{
+    float at_a = c.x * b.y - c.y * b.x;
+    float at_b = a.x * c.y - a.y * c.x;
+    float at_c = b.x * a.y - b.y * a.x;
+    return vec3(at_a, at_b, at_c);
+}
+
+void test_triangle(uint triangle, vec3 a, vec3 b, vec3 c, bool unsound)
+{
+    vec3 edges = rough_edges(a, b, c);
+    ivec3 bits = floatBitsToInt(edges);
+    bool same = ((bits.x ^ bits.y) | (bits.x ^ bits.z)) >= 0;
+    bool unsure = unsound || min(min(abs(edges.x), abs(edges.y)), abs(edges.z)) == 0.0;
+    if (same || unsure) {
+        float depth = edges.x * a.z + edges.y * b.z + edges.z * c.z, sum = edges.x + edges.y + edges.z;
+        consider(triangle, depth / sum * trace.shear.along * trace.shear.along_rest, unsure);
+    }
+}
+
+// The next pair of the group of leaves.
+void step_pair()
+{
+    uint counts = trace.leaves >> LEAVES_COUNTS, shift = cluster_shift(counts);
+    uint bit = uint(findMSB(trace.leaves & GROUP_LEFT));
+    uint leaf = (trace.leaves >> LEAVES_NODE & 7u) * TREE_CHILDREN + (bit ^ (trace.leaves >> GROUP_TURN & 7u));
+    uint second = (trace.leaves & LEAVES_SECOND) != 0u ? 1u : 0u;
+    uint number = min((leaf << shift) + second, cluster_pairs(counts) - 1u);
+    trace.leaves = shift > second ? trace.leaves | LEAVES_SECOND : trace.leaves & ~(LEAVES_SECOND | 1u << bit);
+    clast_pair pair = trace_pairs(trace.pairs).at[number];
+    uint axis = trace.shear.ray.axis;
+    uvec3 axes = axis == 0u ? uvec3(1u, 2u, 0u) : axis == 1u ? uvec3(2u, 0u, 1u) : uvec3(0u, 1u, 2u);
+    vec3 o = trace.space.origin * trace.shear.ray.scale;
+    vec3 moved = axis == 0u ? o.yzx : axis == 1u ? o.zxy : o;
+    bool unsound = (counts & CLUSTER_UNSOUND) != 0u;
+    vec3 a = shear_vertex(pair_corner(pair.first, 0u), axes, moved);
+    vec3 b = shear_vertex(pair_corner(pair.first, 1u), axes, moved);
+    vec3 c = shear_vertex(pair_corner(pair.first, 2u), axes, moved);
+    vec3 d = shear_vertex(pair_corner(pair.second, 2u), axes, moved);
+    test_triangle(2u * number, a, b, c, unsound);
+    vec3 p = a, q = c;
+    if (!pair_is_fan(pair)) {
+        p = shear_vertex(pair_corner(pair.second, 0u), axes, moved);
+        q = shear_vertex(pair_corner(pair.second, 1u), axes, moved);
+    }
+    if (!pair_is_lone(pair) && trace.more) {
+        test_triangle(2u * number + 1u, p, q, d, unsound);
+    }
+}
+
+// -------------------------------------------------------------------------------------------------------------- nodes
+
+bool has_leaves() { return (trace.leaves & GROUP_LEFT) != 0u; }
+
+// Takes the next child; the rest of its group waits. False where there is none.
+bool next_child(out uint at, out uint child, out bool in_cluster)
+{
+    if ((trace.rest & GROUP_LEFT) == 0u) {
+        if (trace.height == 0u) {
+            return false;
+        }
+        if (trace.height == trace.base) {
+            enter_world();
+        }
+        trace.height--;
+        trace.at = trace_stack[trace.height].x;
+        trace.rest = trace_stack[trace.height].y;
+    }
+    uint bit = uint(findMSB(trace.rest & GROUP_LEFT));
+    trace.rest &= ~(1u << bit);
+    at = trace.at;
+    child = bit ^ (trace.rest >> GROUP_TURN & 7u);
+    in_cluster = (trace.rest & GROUP_CLUSTER) != 0u;
+    if ((trace.rest & GROUP_LEFT) != 0u) {
+        trace_stack[trace.height] = uvec2(trace.at, trace.rest);
+        trace.height++;
+        trace.rest = 0u;
+    }
+    return true;
+}
+
+// A node of a tree.
+void look_at_node(uint number)
+{
+    uint4s node = uint4s(trace.nodes + 96ul * number);
+    uvec4 base = node.at[0];
+    uint bits = test_boxes(base, node.at[1], node.at[2], node.at[3]);
+    uint turn = tree_turn(base.w >> 24u);
+    trace.at = number;
+    trace.rest = turn_bits(bits, turn) | turn << GROUP_TURN;
+    trace.steps++;
+}
+
+// A node of a cluster: 0 is the root.
+void look_at_cluster(uint place, uint node)
+{
+    uint64_t address = trace.clusters + uint64_t(CLUSTER_UNIT) * place;
+    uint4s head = uint4s(address);
+    uint4s sides = uint4s(address + CLUSTER_HEAD_BYTES + CLUSTER_NODE_BYTES * node);
+    uvec4 base = head.at[0], info = head.at[2];
+    uint bits = test_boxes(base, sides.at[0], sides.at[1], sides.at[2]);
+    uint orders = node < 2u ? info.z : uints(address + 40u).at[node >> 1u];
+    uint turn = cluster_turn(orders >> (node & 1u) * 16u & 0xffffu);
+    uint nodes = cluster_nodes(info.y), leaves = cluster_leaves(info.y);
+    uint left = nodes == 1u ? leaves : node == 0u ? nodes - 1u : leaves - (node - 1u) * TREE_CHILDREN;
+    bits &= (1u << min(left, 8u)) - 1u; // rays from far away may meet boxes that are inside out
+    uint group = turn_bits(bits, turn) | turn << GROUP_TURN;
+    if (nodes > 1u && node == 0u) {
+        trace.at = place;
+        trace.rest = group | GROUP_CLUSTER;
+    } else {
+        uvec4 addresses = head.at[1];
+        trace.vertices = load_address(addresses.xy);
+        trace.pairs = load_address(addresses.zw);
+        trace.leaves_at = place;
+        trace.leaves = group | (max(node, 1u) - 1u) << LEAVES_NODE | info.y << LEAVES_COUNTS;
+        trace.rest = 0u;
+    }
+    trace.steps += node == 0u ? 1u : 0u;
+}
+
+// Goes to the next node, and finds which of its children the ray meets.
+void step_node()
+{
+    uint at, child;
+    bool in_cluster;
+    if (!next_child(at, child, in_cluster)) {
+        trace.more = false;
+        return;
+    }
+    if (in_cluster) {
+        look_at_cluster(at, child + 1u);
+        return;
+    }
+    uint number = uints(trace.nodes + 96ul * at + 64ul).at[child];
+    if ((number & CHILD_ITEM) == 0u) {
+        look_at_node(number);
+    } else if (trace.placement != CLAST_NONE) {
+        look_at_cluster(number & ~CHILD_ITEM, 0u);
+    } else if (enter(number & ~CHILD_ITEM)) {
+        look_at_node(0u);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------------------- use
+
+// Begins a search. `any`: the first hit that is found will do.
+void begin_trace(uint64_t scene, clast_ray ray, bool any)
+{
+#ifdef TRACE_KEEPS
+    trace_kept = ray;
+#endif
+    trace.scene = scene;
+    trace.any = any;
+    trace.t = ray.t_max <= NUMBER_MOST ? ray.t_max : NUMBER_MOST;
+    trace.t_slack = 0.0;
+    trace.best = trace_place(CLAST_NONE, 0u, 0u);
+    trace.rest = 0u;
+    trace.leaves = 0u;
+    trace.height = 0u;
+    trace.base = 0u;
+    trace.placement = CLAST_NONE;
+    trace.steps = 0u;
+    uint count = scene_reference(scene).of.placement_count;
+    trace.more = count != 0u && is_valid_ray(ray);
+    if (trace.more) {
+        if (count > 1u) {
+            enter_world();
+            look_at_node(0u);
+        } else if (enter(0u)) {
+            look_at_node(0u);
+        } else {
+            trace.more = false;
+        }
+    }
+}
+
+bool trace_found() { return trace.best.placement != CLAST_NONE; }
+
+// A vector scaled by a power of two so that its largest component is in [1, 2).
+precise vec3 scale_edge(vec3 edge)
+{
+    float largest = largest_size(edge);
+    if (largest > 0.0 && largest <= NUMBER_MOST) {
+        vec2 scale = powers_of_two(-exponent_of(largest));
+        edge = edge * scale.x * scale.y;
+    }
+    return edge;
+}
+
+// Perpendicular to a triangle in the world, as clast_hit tells.
+precise vec3 normal_of(exact_hit hit, uint64_t placement)
+{
+    placements from = placements(placement);
+    vec3 first = apply_map(from.at[0].to_world, hit.corners[1] - hit.corners[0]);
+    vec3 second = apply_map(from.at[0].to_world, hit.corners[2] - hit.corners[0]);
+    vec3 normal = cross3(first, second);
+    float largest = largest_size(normal);
+    if (!(largest >= 8.673617379884035e-19 && largest <= 1.152921504606847e18)) { // 2^-60, 2^60
+        normal = cross3(scale_edge(first), scale_edge(second));
+    }
+    return (from.at[0].flags & PLACEMENT_MIRRORED) != 0u ? -normal : normal;
+}
+
+// What was found. `instance` is CLAST_NONE where nothing was.
+clast_hit traced_hit()
+{
+    clast_hit result;
+    result.t = trace.t;
+    result.barycentrics = store2(vec2(0.0));
+    result.normal = store3(vec3(0.0));
+    result.instance = CLAST_NONE;
+    result.cluster = 0u;
+    result.triangle = 0u;
+    result.steps = trace.steps;
+    if (trace_found()) {
+        exact_hit hit = find_exactly(trace.best);
+        result.t = hit.t;
+        result.barycentrics = store2(vec2(hit.u, hit.v));
+        result.normal = store3(normal_of(hit, placement_address(trace.best.placement)));
+        result.instance = hit.instance;
+        result.cluster = hit.cluster;
+        result.triangle = hit.triangle;
+    }
+    return result;
+}
+
+// The nearest hit: clast_trace_closest.
+clast_hit trace_closest(uint64_t scene, clast_ray ray)
+{
+    begin_trace(scene, ray, false);
+    while (trace.more) {
+        step_node();
+        while (has_leaves()) {
+            step_pair();
+        }
+    }
+    return traced_hit();
+}
+
+// Whether there is any hit: clast_trace_any.
+bool trace_any(uint64_t scene, clast_ray ray)
+{
+    begin_trace(scene, ray, true);
+    while (trace.more) {
+        step_node();
+        while (has_leaves() && trace.more) {
+            step_pair();
+        }
+    }
+    return trace_found();
+}
+
+#endif
