@@ -16,9 +16,9 @@ struct group_sum {
 
 group_sum sum_over_group(uint value)
 {
+    barrier(); // what was read of an earlier sum has been read, and all are here
     uint within = subgroupExclusiveAdd(value);
     uint own = subgroupAdd(value);
-    barrier(); // what was read of an earlier sum has been read
     if (subgroupElect()) {
         group_sums[gl_SubgroupID] = own;
     }

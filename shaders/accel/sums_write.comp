@@ -10,8 +10,9 @@
 uint64_t sum_of_chunks(uint column, uint end)
 {
     uint64_t sum = 0ul;
-    for (uint i = group_lane(); i < end; i += GROUP_SIZE) {
-        sum += uint64s(push.parts).at[column * push.chunks + i];
+    for (uint first = 0u; first < end; first += GROUP_SIZE) {
+        uint i = first + group_lane();
+        sum += i < end ? uint64s(push.parts).at[column * push.chunks + i] : 0ul;
     }
     return sum_over_group64(sum);
 }

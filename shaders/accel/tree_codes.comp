@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// A key for each item: its tree, then where in its tree it is, as halves of the cell before: each time along its longest side.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu.glsl"
+#include "accel/tree_jobs.glsl"
+
+layout(local_size_x = 256) in;
+layout(constant_id = 0) const uint KEY_WORDS = 1u;
+
+uint place_code(vec3 centre, clast_tree_work work)
+{
+    vec3 at = vec3(0.0), size = vec3(0.0);
+    for (uint axis = 0u; axis < 3u; axis++) {
+        float lower = ordered_float(work.lower[axis]), extent = ordered_float(work.upper[axis]) - lower;
+        size[axis] = extent;
+        at[axis] = extent > 0.0 ? clamp((centre[axis] - lower) / extent, 0.0, 1.0) : 0.0; // of its cell
+    }
+    uint code = 0u;
+    for (uint bit = 0u; bit < push.code_bits; bit++) {
+        uint axis = size.x >= size.y ? (size.x >= size.z ? 0u : 2u) : (size.y >= size.z ? 1u : 2u);
+        float twice = at[axis] * 2.0;
+        bool high = twice >= 1.0;
+        at[axis] = high ? twice - 1.0 : twice;
+        size[axis] *= 0.5;
+        code = code << 1u | (high ? 1u : 0u);
+    }
+    return code;
+}
+
+void main()
+{
+    uint i = linear_group() * 256u + gl_LocalInvocationIndex;
+    if (i >= push.item_count) {
+        return;
+    }
+    uint job = job_of_item(i);
+    clast_tree_job of = tree_jobs(push.jobs).at[job];
+    clast_box box = load_item_box(load_address(of.boxes), i - of.first);
+    uint code = (1u << push.code_bits) - 1u; // empty ones come last
+    if (!box_is_empty(box)) {
+        clast_tree_work work = tree_works(push.work).at[job];
+        code = place_code(box.lower * 0.5 + box.upper * 0.5, work);
+    }
+    if (KEY_WORDS == 1u) {
+        uints(push.keys).at[i] = push.job_count > 1u ? job << push.code_bits | code : code;
+    } else {
+        uint64s(push.keys).at[i] = uint64_t(job) << push.code_bits | code;
+    }
+}

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trees that a run of kernels builds, as vulkan/trees.c lays them out.
+#ifndef CLAST_ACCEL_TREE_JOBS_GLSL
+#define CLAST_ACCEL_TREE_JOBS_GLSL
+
+#include "shared/tree.h"
+
+ARRAY_OF(tree_jobs, clast_tree_job, 4)
+ARRAY_OF(tree_works, clast_tree_work, 4)
+
+// vulkan/trees.c hands these over. What a kernel does not need is not there.
+layout(push_constant, scalar) uniform clast_tree_push {
+    uint64_t jobs;
+    uint64_t work;   // clast_tree_work of each job
+    uint64_t keys;   // of the items of all jobs, in their order; sorted: in the order of `order`
+    uint64_t order;  // numbers of items, counted through all jobs
+    uint64_t pairs;  // clast_tree_pair: a job's begin where its items do
+    uint64_t slots;  // of tree_pairs.comp: two numbers for each item
+    uint64_t ranges; // of tree_pairs.comp: where the range ends that waits at an item; 0xffffffff: none does
+    uint64_t queue;  // of tree_widen.comp: a count, one unused, then two numbers each
+    uint64_t boxes;  // of tree_stored.comp: gets a box of each work group
+    uint64_t boxes_before; // those of the phase before
+    uint job_count;
+    uint item_count;  // of all jobs
+    uint group_count;
+    uint phase;       // of tree_stored.comp and tree_widen.comp
+    uint code_bits;   // of a key: those below are the place, those above the job
+    uint only_deep;   // of tree_stored.comp: jobs whose other tree is too deep
+}
+push;
+
+// The last job that begins at or before an item.
+uint job_of_item(uint item)
+{
+    uint low = 0u, high = push.job_count;
+    while (low + 1u < high) {
+        uint middle = (low + high) >> 1u;
+        if (tree_jobs(push.jobs).at[middle].first <= item) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+// Likewise of a phase's work group.
+uint job_of_group(uint group, uint phase)
+{
+    uint low = 0u, high = push.job_count;
+    while (low + 1u < high) {
+        uint middle = (low + high) >> 1u;
+        if (tree_jobs(push.jobs).at[middle].first_groups[phase] <= group) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+clast_box load_item_box(uint64_t boxes_address, uint item)
+{
+    clast_box box = boxes(boxes_address).at[item];
+    return sound_box(box);
+}
+
+// What a child that is an item says.
+uint item_child(uint64_t items, uint item) { return CHILD_ITEM | (items != 0ul ? uints(items).at[item] : item); }
+
+#endif
