@@ -1,6 +1,6 @@
 #version 460
 // SPDX-License-Identifier: Apache-2.0
-// The memory that the clusters of some units' records take, and how many vertices all of a unit's have.
+// The memory that the clusters of some units' records take, and how much is in all of a unit's.
 #extension GL_GOOGLE_include_directive : require
 #include "frame/spans.glsl"
 #include "shared/cluster.h"
@@ -18,14 +18,19 @@ void main()
     }
     uint number = place.group * GROUP_SIZE + gl_LocalInvocationIndex;
     uint vertices = 0u;
+    uint fill = 0u;
     if (number < place.unit.of.record_count) {
         clast_cluster_record record = cluster_records(load_address(place.unit.of.records)).at[number];
         vertices = record_vertices(record);
+        fill = max_uint(vertices, record_triangles(record));
         uints(load_address(place.unit.of.spaces)).at[number] =
             cluster_space(triangles_counts(record_triangles(record)), record_form(record) == FORM_COMPOSITE);
     }
-    uint all = sum_over_group(vertices).all;
+    uint all_vertices = sum_over_group(vertices).all;
+    uint all_fill = sum_over_group(fill).all;
     if (gl_LocalInvocationIndex == 0u) {
-        atomicAdd(uint64s(load_address(place.unit.of.sums)).at[UNIT_SUMS_COUNTS], uint64_t(all));
+        uint64s sums = uint64s(load_address(place.unit.of.sums));
+        atomicAdd(sums.at[UNIT_SUMS_COUNTS], uint64_t(all_vertices));
+        atomicAdd(sums.at[UNIT_SUMS_COUNTS + 1u], uint64_t(all_fill));
     }
 }

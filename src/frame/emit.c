@@ -10,7 +10,7 @@ typedef struct emit_job {
     const uint32_t *first_records; // by item
     const uint32_t *first_vertices;
     const uint32_t *first_words;
-    atomic_uint_fast64_t vertices;
+    atomic_uint_fast64_t vertices, fill;
 } emit_job;
 
 // Where the records of an item begin, and at the end of all.
@@ -46,11 +46,14 @@ static void emit_range(void *data, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         emit_item(job, i);
     }
-    uint64_t vertices = 0;
+    uint64_t vertices = 0, fill = 0;
     for (size_t i = record_place(job, begin); i < record_place(job, end); i++) {
-        vertices += record_vertices(unit->records[i]);
+        uint32_t here = record_vertices(unit->records[i]);
+        vertices += here;
+        fill += max_uint(here, record_triangles(unit->records[i]));
     }
     atomic_fetch_add(&job->vertices, vertices);
+    atomic_fetch_add(&job->fill, fill);
 }
 
 // Room for an array that is written anew: what it held is lost. From the second time on a little more is taken than is
@@ -112,6 +115,7 @@ clast_status clast_unit_emit(clast_frame *frame, clast_frame_unit *unit)
     unit->word_count = (size_t)unit->sum.words;
     clast_parallel_for(context, items, clast_frame_grain(items, ITEM_GRAIN), emit_range, &job);
     unit->cluster_vertices = atomic_load(&job.vertices);
+    unit->cluster_fill = atomic_load(&job.fill);
     unit->drafts.known = false;
     return CLAST_OK;
 }

@@ -45,6 +45,7 @@ typedef struct clast_frame_unit {
     float counted_rate;
     clast_frame_need counted_sum;
     uint64_t cluster_vertices; // of all records, resident ones too
+    uint64_t cluster_fill;     // of each record the larger of its triangles and its vertices
     clast_cluster_record *records;
     size_t record_count, record_capacity;
     packed3 *vertices; // of this frame; records with resident positions have none here

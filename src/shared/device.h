@@ -71,8 +71,9 @@ RECORD(clast_unit_sums)
 {
     packed_address counts[UNIT_SUMS_COUNTS];
     packed_address cluster_vertices; // of all records, resident ones too
+    packed_address cluster_fill;     // of each record the larger of its triangles and its vertices
 };
-RECORD_SIZE(clast_unit_sums, 48)
+RECORD_SIZE(clast_unit_sums, 56)
 
 LIMIT(INSTANCE_HIDDEN, 1u, "the camera cannot see it; rays still do")
 LIMIT(INSTANCE_OCCLUDED, 2u, "and that is since it lies behind others")
@@ -88,6 +89,19 @@ RECORD(clast_device_instance)
     uint state;          // INSTANCE_ bits
 };
 RECORD_SIZE(clast_device_instance, 132)
+
+// The maps of an instance, as columns.
+RECORD(clast_device_map)
+{
+    packed3 to_object[3];
+    packed3 to_world[3];
+    packed3 origin;
+    float condition; // of the map; 0 where it has no inverse
+    uint unit;
+    uint id;    // what hits report
+    uint flags; // PLACEMENT_MIRRORED or 0
+};
+RECORD_SIZE(clast_device_map, 100)
 
 RECORD(clast_device_frame)
 {

@@ -29,7 +29,7 @@ clast_status clast_vulkan_frame_create(clast_gpu *gpu, clast_vulkan_frame **resu
 }
 
 // What a unit has and the frame itself, as lists of buffers: for what is done to all of them.
-enum { UNIT_BUFFERS = 7, FRAME_BUFFERS = 10 };
+enum { UNIT_BUFFERS = 7, FRAME_BUFFERS = 14 };
 
 static void list_unit_buffers(clast_vulkan_unit *unit, clast_gpu_buffer *list[UNIT_BUFFERS])
 {
@@ -41,8 +41,9 @@ static void list_unit_buffers(clast_vulkan_unit *unit, clast_gpu_buffer *list[UN
 static void list_frame_buffers(clast_vulkan_frame *device, clast_gpu_buffer *list[FRAME_BUFFERS])
 {
     clast_gpu_buffer *all[FRAME_BUFFERS] = {
-        &device->unit_records, &device->instances, &device->instance_of, &device->head,    &device->spans,
-        &device->item_counts,  &device->sums,      &device->spaces,      &device->scratch, &device->scene};
+        &device->unit_records, &device->instances,  &device->instance_of,     &device->head,          &device->spans,
+        &device->item_counts,  &device->sums,       &device->spaces,          &device->scratch,       &device->scene,
+        &device->maps,         &device->placements, &device->placement_boxes, &device->placement_tree};
     memcpy(list, all, sizeof all);
 }
 
@@ -90,6 +91,7 @@ void clast_vulkan_frame_destroy(clast_vulkan_frame *device)
     clast_free(context, device->span_list);
     clast_free(context, device->unit_sums);
     clast_free(context, device->instance_list);
+    clast_free(context, device->map_list);
     clast_free(context, device);
 }
 
@@ -122,7 +124,8 @@ clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device)
         .records = device->item_counts.bytes + device->unit_records.bytes + device->spans.bytes + device->sums.bytes +
                    device->spaces.bytes + device->scratch.bytes + device->head.bytes,
         .blas = clast_gpu_trees_bytes(device->trees),
-        .tlas = device->instances.bytes + device->instance_of.bytes + device->scene.bytes,
+        .tlas = device->instances.bytes + device->instance_of.bytes + device->maps.bytes + device->scene.bytes +
+                device->placements.bytes + device->placement_boxes.bytes + device->placement_tree.bytes,
     };
     for (size_t i = 0; i < device->unit_count; i++) {
         const clast_vulkan_unit *unit = &device->units[i];

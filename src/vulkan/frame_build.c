@@ -3,7 +3,6 @@
 // where the processor waits for the device.
 #include <string.h>
 
-#include "base/thread.h"
 #include "frame/unit.h"
 #include "vulkan/frame_state.h"
 
@@ -44,81 +43,11 @@ clast_status clast_vulkan_blas(clast_frame *frame, void *target)
     return status;
 }
 
-// --------------------------------------------------------------------------------------------------------- instances
+// ---------------------------------------------------------------------------------------------------------------- end
 
-typedef struct instance_job {
-    const clast_frame *frame;
-    clast_device_instance *list;
-    size_t known; // that the device has
-    atomic_bool differs;
-} instance_job;
-
-enum { INSTANCE_GRAIN = 4096 };
-
-static clast_device_instance instance_record(const clast_frame_instance *instance)
-{
-    return (clast_device_instance){
-        .to_world = instance->to_world,
-        .to_object = instance->to_object,
-        .bounds = instance->bounds,
-        .unit = instance->unit,
-        .scene_instance = instance->scene_instance,
-        .state = (instance->hidden ? INSTANCE_HIDDEN : 0) | (instance->occluded ? INSTANCE_OCCLUDED : 0),
-    };
-}
-
-static void write_range(void *data, size_t begin, size_t end, uint32_t worker)
-{
-    (void)worker;
-    instance_job *job = data;
-    for (size_t i = begin; i < end; i++) {
-        clast_device_instance record = instance_record(&job->frame->instances[i]);
-        if (i >= job->known || memcmp(&job->list[i], &record, sizeof record) != 0) {
-            job->list[i] = record;
-            atomic_store_explicit(&job->differs, true, memory_order_relaxed);
-        }
-    }
-}
-
-// Uploads the instances where they are not those that the device has.
-static clast_status write_instances(clast_frame *frame, clast_gpu_commands *commands)
+static void write_head(clast_frame *frame, clast_gpu_commands *commands)
 {
     clast_vulkan_frame *device = clast_vulkan_of(frame);
-    clast_gpu *gpu = device->gpu;
-    size_t count = frame->instance_count;
-    uint64_t of_bytes = frame->frame_instance_of_count * sizeof(uint32_t);
-    uint64_t before = device->instances.address;
-    clast_status status = CLAST_RESERVE(device->context, device->instance_list, device->instance_capacity, count);
-    if (status == CLAST_OK) {
-        status = clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, count * sizeof *device->instance_list, "instances",
-                                   &device->instances);
-    }
-    if (status == CLAST_OK) {
-        status = clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, of_bytes, "numbers of instances", &device->instance_of);
-    }
-    if (status != CLAST_OK) {
-        return status;
-    }
-    size_t known = device->instances.address == before ? device->instance_count : 0;
-    instance_job job = {.frame = frame, .list = device->instance_list, .known = known};
-    atomic_init(&job.differs, false);
-    clast_parallel_for(device->context, count, INSTANCE_GRAIN, write_range, &job);
-    device->instance_count = count;
-    if (atomic_load(&job.differs)) {
-        clast_gpu_write(commands, &device->instances, 0, device->instance_list, count * sizeof *device->instance_list);
-    }
-    clast_gpu_write(commands, &device->instance_of, 0, frame->frame_instance_of, of_bytes);
-    return CLAST_OK;
-}
-
-static clast_status write_head(clast_frame *frame, clast_gpu_commands *commands)
-{
-    clast_vulkan_frame *device = clast_vulkan_of(frame);
-    clast_status status = clast_gpu_reserve(device->gpu, CLAST_GPU_DEVICE, sizeof(clast_device_frame), "a frame",
-                                            &device->head);
-    if (status != CLAST_OK) {
-        return status;
-    }
     clast_device_frame head = {
         .units = store_address(device->unit_records.address),
         .instances = store_address(device->instances.address),
@@ -132,10 +61,7 @@ static clast_status write_head(clast_frame *frame, clast_gpu_commands *commands)
         .rate_camera = frame->settings.rate_camera,
     };
     clast_gpu_write(commands, &device->head, 0, &head, sizeof head);
-    return CLAST_OK;
 }
-
-// ---------------------------------------------------------------------------------------------------------------- end
 
 // The time that passes took on the device, in place of that for which the processor waited for all of them.
 static void share_out_time(clast_frame *frame)
@@ -170,6 +96,7 @@ static clast_status finish(clast_frame *frame)
         clast_frame_unit *unit = &frame->units[i];
         if (unit->used && unit->change == CLAST_CHANGE_TOPOLOGY) {
             unit->cluster_vertices = load_address(device->unit_sums[i].cluster_vertices);
+            unit->cluster_fill = load_address(device->unit_sums[i].cluster_fill);
         }
         if (unit->used) {
             clast_unit_note_made(unit);
@@ -183,11 +110,34 @@ static clast_status finish(clast_frame *frame)
     return CLAST_OK;
 }
 
+// Whether placements tell of units what is so no longer.
+static bool units_changed(clast_frame *frame)
+{
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    bool changed = false;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        const clast_frame_unit *unit = &frame->units[i];
+        if (unit->used) {
+            changed = changed || unit->change != CLAST_CHANGE_NOTHING || unit->filtered != device->units[i].filtered;
+            device->units[i].filtered = unit->filtered;
+        }
+    }
+    return changed;
+}
+
 clast_status clast_vulkan_tlas(clast_frame *frame, void *target)
 {
     (void)target;
     clast_vulkan_frame *device = clast_vulkan_of(frame);
-    clast_status status = write_instances(frame, device->commands);
-    status = status == CLAST_OK ? write_head(frame, device->commands) : status;
-    return status == CLAST_OK ? finish(frame) : status;
+    bool moves = false, changed = units_changed(frame);
+    clast_gpu_pass(device->commands, "tlas");
+    clast_status status = clast_vulkan_write_instances(frame, device->commands, &moves);
+    if (status == CLAST_OK && (moves || changed || frame->instance_count == 0)) {
+        status = clast_vulkan_build_scene(frame, device->commands);
+    }
+    if (status != CLAST_OK) {
+        return status;
+    }
+    write_head(frame, device->commands);
+    return finish(frame);
 }

@@ -12,6 +12,7 @@ typedef struct clast_vulkan_unit {
     clast_gpu_buffer records, words, vertices;
     clast_gpu_buffer clusters, boxes, places, tree;
     uint32_t record_count;
+    bool filtered;         // that placements tell
     uint64_t first_item;   // of the unit in what was counted last
     uint64_t first_record; // of the unit in what is emitted now
 } clast_vulkan_unit;
@@ -27,20 +28,23 @@ struct clast_vulkan_frame {
     clast_device_unit *records;
     size_t unit_count, unit_capacity, record_capacity;
     clast_gpu_buffer unit_records, instances, instance_of, head;
-    clast_gpu_buffer scene; // clast_device_scene: what rays are traced through
+    clast_gpu_buffer maps;  // clast_device_map of each instance
+    clast_gpu_buffer scene; // clast_device_scene: what rays are traced through, as are the next
+    clast_gpu_buffer placements, placement_boxes, placement_tree;
     clast_gpu_buffer spans, item_counts, sums, spaces, scratch;
     clast_device_span *span_list; // what `spans` gets
     size_t span_count, span_capacity;
     clast_unit_sums *unit_sums; // what came back, by geometry number
     size_t sum_capacity;
     clast_device_instance *instance_list; // what `instances` holds
-    size_t instance_count, instance_capacity;
+    clast_device_map *map_list;           // what `maps` holds
+    size_t instance_count, instance_capacity, map_capacity;
     // Of what was counted last, where it was kept.
     uint64_t kept_items;
     size_t kept_units;
     float kept_rate;
-    clast_gpu_commands *commands; // from emit to tlas
-    bool is_whole;                // `head` tells of a frame that was made
+    clast_gpu_commands *commands;       // from emit to tlas
+    bool is_whole;                      // `head` tells of a frame that was made
 };
 
 // The push constants of shaders/frame/spans.glsl.
@@ -85,6 +89,11 @@ clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit
 // Runs a kernel over a range of spans.
 void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, clast_shader shader,
                             const clast_span_range *range, bool keep);
+
+// Uploads the instances where they are not those that the device has; `moves` says whether any is placed anew (frame_place.c).
+clast_status clast_vulkan_write_instances(clast_frame *frame, clast_gpu_commands *commands, bool *moves);
+// Records what makes the scene that rays are traced through. Units' trees are there.
+clast_status clast_vulkan_build_scene(clast_frame *frame, clast_gpu_commands *commands);
 
 // What the frame takes, by what it is for.
 clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device);
