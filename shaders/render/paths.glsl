@@ -114,6 +114,9 @@ floats view_pixel(uint view, uint channels, clast_path_pixel pixel)
     return floats(load_address(render_of().of.views[view]) + 4ul * uint64_t(channels) * pixel_number(pixel));
 }
 
+// A view of integers.
+uints view_pixel_bits(uint view, clast_path_pixel pixel) { return uints(uint64_t(view_pixel(view, 1u, pixel))); }
+
 void add_to_view(uint view, clast_path_pixel pixel, vec3 value)
 {
     floats sums = view_pixel(view, 3u, pixel);

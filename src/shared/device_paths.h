@@ -58,7 +58,6 @@ RECORD_SIZE(clast_path_queue, 72)
 // A render.
 RECORD(clast_device_render)
 {
-    packed_address scene;     // clast_device_scene
     packed_address frame;     // clast_device_frame
     packed_address materials; // clast_device_materials
     packed_address lights;    // clast_device_lights
@@ -78,7 +77,7 @@ RECORD(clast_device_render)
     float ao_distance;        // infinite where it is endless
     float rate;               // wanted density of geometry
 };
-RECORD_SIZE(clast_device_render, 10 * 8 + 13 * 8 + 32)
+RECORD_SIZE(clast_device_render, 9 * 8 + 13 * 8 + 32)
 
 RECORD(clast_path_pixel)
 {

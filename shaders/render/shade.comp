@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step of light paths from what their rays hit: the twin of src/render/path.c's step_path(). What a shadow ray brings is
+// added by shadow.comp.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "render/paths.glsl"
+#include "render/lights.glsl"
+#include "render/scatter.glsl"
+#include "accel/group.glsl"
+
+layout(constant_id = 0) const uint INTEGRATOR = CLAST_INTEGRATOR_PATH;
+layout(constant_id = 1) const uint FIREFLIES = CLAST_FIREFLIES_KEPT;
+
+// What a step came to: which lists the path goes into.
+const uint GOES_ON = 1u;
+const uint TO_LIGHT = 2u;
+const uint TO_SUN = 4u;
+
+struct path_state
+{
+    vec3 throughput;
+    vec3 radiance;
+    clast_light_shares shares; // of the point where its ray began
+    vec3 absorption;
+    vec3 direction;
+    float density;
+    float alpha_floor;
+};
+
+path_state load_path(uint path)
+{
+    path_state state;
+    vec4 direction = load_piece(PATH_DIRECTION, path);
+    state.direction = vec3(direction[0], direction[1], direction[2]);
+    state.throughput = splat3(1.0f);
+    state.radiance = splat3(0.0f);
+    state.absorption = splat3(0.0f);
+    state.density = 0.0f;
+    state.alpha_floor = 0.0f;
+    state.shares.surroundings = state.shares.sun = state.shares.punctual = state.shares.emitters = 0.0f;
+    if (push.bounce != 0u) {
+        vec4 throughput = load_piece(PATH_THROUGHPUT, path);
+        vec4 radiance = load_piece(PATH_RADIANCE, path);
+        vec4 shares = load_piece(PATH_SHARES, path);
+        state.throughput = vec3(throughput[0], throughput[1], throughput[2]);
+        state.radiance = vec3(radiance[0], radiance[1], radiance[2]);
+        state.absorption = vec3(throughput[3], radiance[3], shares[3]);
+        state.shares.surroundings = shares[0];
+        state.shares.sun = shares[1];
+        state.shares.emitters = shares[2];
+        state.density = load_piece(PATH_ORIGIN, path)[3];
+        state.alpha_floor = direction[3];
+    }
+    return state;
+}
+
+void store_radiance(uint path, path_state state)
+{
+    store_piece(PATH_RADIANCE, path, state.radiance, state.absorption[1]);
+}
+
+// All but the radiance.
+void store_ray(uint path, path_state state, vec3 origin)
+{
+    store_piece(PATH_THROUGHPUT, path, state.throughput, state.absorption[0]);
+    store_piece(PATH_SHARES, path, vec3(state.shares.surroundings, state.shares.sun, state.shares.emitters),
+                state.absorption[2]);
+    store_piece(PATH_ORIGIN, path, origin, state.density);
+    store_piece(PATH_DIRECTION, path, state.direction, state.alpha_floor);
+}
+
+// Light that was scattered once is what shadow rays from the first surface bring, and what the first scattered ray meets.
+void note_direct(uint path, vec3 radiance)
+{
+    if (FIREFLIES == CLAST_FIREFLIES_CLAMPED && push.bounce <= 1u) {
+        float4s(load_address(render_of().of.direct)).at[path] = vec4(radiance, 0.0f);
+    }
+}
+
+void add_surface_views(clast_path_pixel pixel, shading_point point)
+{
+    if (is_wanted(CLAST_VIEW_ALBEDO)) {
+        add_to_view(CLAST_VIEW_ALBEDO, pixel, load3(point.surface.base.base_colour));
+    }
+    if (is_wanted(CLAST_VIEW_NORMAL)) {
+        add_to_view(CLAST_VIEW_NORMAL, pixel, point.normal);
+    }
+    // A mean over an edge or a seam would be no place at all.
+    if (is_wanted(CLAST_VIEW_UV) && push.sample_number == 0u) {
+        floats coordinates = view_pixel(CLAST_VIEW_UV, 2u, pixel);
+        coordinates.at[0] = point.coordinates[0];
+        coordinates.at[1] = point.coordinates[1];
+    }
+}
+
+void add_distant_light(light_room room, inout path_state state)
+{
+    float weight = 1.0f;
+    if (push.bounce != 0u) {
+        weight = mis_weight(state.density, distant_density(room.lights, state.shares, state.direction));
+    }
+    state.radiance = state.radiance + state.throughput * distant_radiance(room, state.direction) * weight;
+}
+
+void add_emission(light_room room, inout path_state state, shading_point point, float distance)
+{
+    if (!(largest3(point.emission) > 0.0f)) {
+        return;
+    }
+    float weight = 1.0f;
+    if (push.bounce != 0u) {
+        float cosine = dot3(point.geometric_normal, state.direction);
+        float other = emitter_density_at(room.lights, state.shares.emitters, point.frame_instance, point.primitive, distance,
+                                         cosine);
+        weight = mis_weight(state.density, other);
+    }
+    state.radiance = state.radiance + state.throughput * point.emission * weight;
+}
+
+clast_path_surface path_surface_of(shading_point point)
+{
+    clast_path_surface at;
+    at.position = store3(point.position);
+    at.geometric_normal = store3(point.geometric_normal);
+    at.normal = store3(point.normal);
+    at.offset = point.offset;
+    at.frame = point.frame;
+    return at;
+}
+
+vec2 next_square(uint seed, uint use) { return path_square(push.sample_number, seed, push.bounce, use); }
+
+// A shadow ray to a side that is more likely the more the surface faces it: what comes through is white.
+uint add_openness(uint path, uint seed, shading_point point)
+{
+    vec2 u = path_square(push.sample_number, seed, 0u, PATH_USE_DIRECTION);
+    vec3 direction = from_basis(basis_around(point.normal), sample_cosine_hemisphere(u));
+    if (dot3(direction, point.geometric_normal) <= 0.0f) {
+        return 0u;
+    }
+    clast_path_connection made;
+    made.origin = store3(beside_surface(path_surface_of(point), direction));
+    made.direction = store3(direction);
+    made.t_max = render_of().of.ao_distance;
+    made.radiance = store3(splat3(1.0f));
+    store_shadow(LIST_LIGHT, path, made);
+    return TO_LIGHT;
+}
+
+// Whether there is a shadow ray to trace.
+bool connect(uint list, uint path, clast_path_surface at, clast_bsdf bsdf, vec3 view, vec3 throughput,
+             clast_light_sample light)
+{
+    clast_path_connection made = path_connect(at, bsdf, view, throughput, light);
+    bool brings = largest3(load3(made.radiance)) > 0.0f;
+    if (brings) {
+        store_shadow(list, path, made);
+    }
+    return brings;
+}
+
+uint sample_lights(light_room room, uint path, uint seed, path_state state, clast_path_surface at, clast_bsdf bsdf, vec3 view)
+{
+    vec3 position = load3(at.position);
+    float choice = next_square(seed, PATH_USE_CHOICE)[0];
+    clast_light_sample light = lights_sample(room, state.shares, position, choice, next_square(seed, PATH_USE_LIGHT));
+    uint lists = connect(LIST_LIGHT, path, at, bsdf, view, state.throughput, light) ? TO_LIGHT : 0u;
+    if (state.shares.sun > 0.0f) {
+        light = lights_sample_sun(room, state.shares, next_square(seed, PATH_USE_SUN));
+        lists |= connect(LIST_SUN, path, at, bsdf, view, state.throughput, light) ? TO_SUN : 0u;
+    }
+    return lists;
+}
+
+// Chooses where the path goes on, and stores that; false where it ends.
+bool sample_direction(uint path, uint seed, path_state state, clast_path_surface at, clast_bsdf bsdf, vec3 view,
+                      shading_point point)
+{
+    float lobe = next_square(seed, PATH_USE_CHOICE)[1];
+    clast_path_step made = path_step(at, bsdf, view, state.throughput, state.alpha_floor,
+                                     FIREFLIES == CLAST_FIREFLIES_SOFTENED, next_square(seed, PATH_USE_DIRECTION), lobe);
+    float chance = path_survival(load3(made.throughput), push.bounce);
+    bool survives = chance >= 1.0f || next_square(seed, PATH_USE_ROULETTE)[0] < chance;
+    bool goes_on = made.density > 0.0f && survives;
+    if (made.passes != 0u) {
+        bool is_open = bsdf.thin != 0u || point.surface.inside != 0u;
+        state.absorption = is_open ? splat3(0.0f) : point.absorption;
+    }
+    if (goes_on) {
+        state.throughput = load3(made.throughput) * rough_divide(1.0f, chance);
+        state.direction = load3(made.direction);
+        state.density = made.density;
+        state.alpha_floor = made.alpha_floor;
+        store_ray(path, state, beside_surface(at, state.direction));
+    }
+    store_radiance(path, state);
+    return goes_on;
+}
+
+// Scatters light at a surface.
+uint scatter_path(light_room room, uint path, uint seed, path_state state, shading_point point)
+{
+    clast_path_surface at = path_surface_of(point);
+    vec3 view = path_view(at, state.direction);
+    clast_bsdf bsdf = scatter_make(room.materials, point.material, point.surface, state.alpha_floor, view);
+    state.shares = lights_share(room.lights, point.position, point.geometric_normal, point.normal);
+    uint lists = sample_lights(room, path, seed, state, at, bsdf, view);
+    return lists | (sample_direction(path, seed, state, at, bsdf, view, point) ? GOES_ON : 0u);
+}
+
+uint most_bounces() { return INTEGRATOR == CLAST_INTEGRATOR_DIRECT ? 1u : render_of().of.bounces; }
+
+void step_to_distance(light_room room, uint path, path_state state)
+{
+    if (INTEGRATOR == CLAST_INTEGRATOR_AO) {
+        state.radiance = splat3(1.0f);
+    } else if (INTEGRATOR != CLAST_INTEGRATOR_PRIMARY) {
+        add_distant_light(room, state);
+        note_direct(path, state.radiance);
+    }
+    store_radiance(path, state);
+}
+
+uint step_at_surface(light_room room, uint path, uint seed, path_state state, shading_point point, float distance)
+{
+    uint lists = 0u;
+    bool is_lit = INTEGRATOR == CLAST_INTEGRATOR_PATH || INTEGRATOR == CLAST_INTEGRATOR_DIRECT;
+    if (INTEGRATOR == CLAST_INTEGRATOR_PRIMARY) {
+        float facing = abs1(dot3(point.normal, state.direction));
+        state.radiance = point.emission + load3(point.surface.base.base_colour) * facing;
+    } else if (INTEGRATOR == CLAST_INTEGRATOR_AO) {
+        lists = add_openness(path, seed, point);
+    } else {
+        add_emission(room, state, point, distance);
+        note_direct(path, state.radiance);
+        if (point.unlit) {
+            state.radiance = state.radiance + state.throughput * load3(point.surface.base.base_colour);
+        }
+    }
+    if (is_lit && !point.unlit && push.bounce < most_bounces()) {
+        lists = scatter_path(room, path, seed, state, point);
+    } else {
+        store_radiance(path, state);
+    }
+    return lists;
+}
+
+uint step_path(uint path, clast_path_pixel pixel)
+{
+    light_room room;
+    room.frame = frame_reference(load_address(render_of().of.frame));
+    room.materials = materials_reference(load_address(render_of().of.materials));
+    room.lights = lights_reference(load_address(render_of().of.lights));
+    path_state state = load_path(path);
+    if (push.bounce == 0u) {
+        note_direct(path, splat3(0.0f));
+    }
+    clast_visibility seen = load_hit(path);
+    bool has_colour = is_wanted(CLAST_VIEW_COLOUR);
+    uint lists = 0u;
+    if (seen.instance != CLAST_NONE) {
+        if (largest3(state.absorption) > 0.0f) {
+            state.throughput = state.throughput * passed_through(state.absorption, seen.distance);
+        }
+        shading_point point = surface_of_hit(room.frame, room.materials, seen, state.direction * -1.0f);
+        if (push.bounce == 0u) {
+            add_surface_views(pixel, point);
+        }
+        if (has_colour) {
+            lists = step_at_surface(room, path, seed_of(pixel), state, point, seen.distance);
+        }
+    } else if (has_colour) {
+        step_to_distance(room, path, state);
+    }
+    return lists;
+}
+
+// ---------------------------------------------------------------------------------------------------------------- lists
+
+shared uint list_first[LISTS];
+
+// Each list gets the group's paths one after the other; which group comes first is a matter of timing.
+void append(uint path, uint lists)
+{
+    uint value = 0u;
+    for (uint list = 0u; list < LISTS; list++) {
+        value |= (lists >> list & 1u) << (10u * list); // 10 bits hold the sum over a group
+    }
+    group_sum sum = sum_over_group(value);
+    uint lane = group_lane();
+    if (lane < LISTS) {
+        uint count = sum.all >> (10u * lane) & 1023u;
+        list_first[lane] = count != 0u ? atomicAdd(queue_of().of.growing[lane], count) : 0u;
+    }
+    barrier();
+    for (uint list = 0u; list < LISTS; list++) {
+        if ((lists >> list & 1u) != 0u) {
+            uint place = list_first[list] + (sum.before >> (10u * list) & 1023u);
+            paths_in(list, push.bounce + 1u).at[place] = path;
+        }
+    }
+}
+
+void main()
+{
+    uint count = push.bounce == 0u ? push.places : queue_of().of.lengths[LIST_NEXT];
+    uint first = linear_group() * PATH_GROUP;
+    if (first >= count) {
+        return;
+    }
+    uint place = first + group_lane();
+    uint path = 0u;
+    uint lists = 0u;
+    if (place < count) {
+        path = push.bounce == 0u ? place : paths_in(LIST_NEXT, push.bounce).at[place];
+        clast_path_pixel pixel = pixel_of_path(path);
+        if (is_in_picture(pixel)) {
+            lists = step_path(path, pixel);
+        }
+    }
+    append(path, lists);
+}
