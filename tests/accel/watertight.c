@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Aims rays exactly at shared edges and vertices of closed meshes and counts those that slip through.
 //
-//   watertight [--rays N] [--seed S] [--isa NAME | all] [--threads T] [--peer embree]
-//              [--meshes made|models|all|displaced]
+//   watertight [--rays N] [--seed S] [--isa NAME | all] [--device cpu|vulkan] [--threads T]
+//              [--peer embree] [--meshes made|models|all|displaced]
 //
 // A leak is a ray from inside that hits nothing, or a ray that crosses the surface for certain (watertight_crossing.c) at the
 // edge it was aimed at, and hits nothing or only something behind. Rays go one by one and in batches, to the nearest hit and
 // to any. Models are those of the folder CLAST_ASSETS. Displaced meshes are looked at in each frame of a flight; an edge
-// along which not as many triangles run forth as back is a leak too. Ends with a line `leaks: L of N rays` and exits 1 where L > 0. The rays
+// along which not as many triangles run forth as back is a leak too. With a device, rays are traced there, and clusters fitted. Ends with a line `leaks: L of N rays` and exits 1 where L > 0. The rays
 // depend on the seed and the meshes alone; each instruction set gets N.
 #include <errno.h>
 #include <stdatomic.h>
@@ -17,7 +17,7 @@
 #include "base/isa.h"
 #include "base/thread.h"
 
-enum { SIZES = 5, CHUNK = 512, BUNDLE = 64, SAMPLED = 256, MODES = 4 };
+enum { SIZES = 5, CHUNK = 512, WAVE = 1024, BUNDLE = 64, SAMPLED = 256, MODES = 4 };
 
 // A surface of some size, in some kind of clusters, and its trees.
 typedef struct variant {
@@ -28,6 +28,7 @@ typedef struct variant {
     clusters c;
     placing maps[WATERTIGHT_MAPS];
     clast_tlas *tlas[WATERTIGHT_MAPS];
+    device_tlas *there[WATERTIGHT_MAPS];
     peer_scene *peer;
 } variant;
 
@@ -42,6 +43,7 @@ typedef struct run {
     uint32_t surface_count, variant_count;
     variant *variants;
     peer *peer;
+    device_tracer *device; // null: the processor
     uint64_t rays, seed, total;
     counters count;
 } run;
@@ -162,6 +164,10 @@ static clast_status make_trees(run *r, variant *v, clast_build build)
         status = clast_tlas_create(r->context, &v->tlas[map]);
         // every other one twice in the same place: all hits are ties, and there is a tree over the instances
         status = status == CLAST_OK ? place(v->tlas[map], instances, 1 + map % 2, build) : status;
+        if (status == CLAST_OK && r->device != NULL) {
+            v->there[map] = device_tlas_create(r->device, v->tlas[map], v->there[0]);
+            status = v->there[map] != NULL ? CLAST_OK : CLAST_ERROR_DEVICE;
+        }
     }
     if (r->peer != NULL) {
         v->peer = peer_scene_create(r->peer, &v->s, (const float(*)[3][4])placed);
@@ -206,7 +212,8 @@ static void free_variants(run *r)
 {
     for (uint32_t i = 0; i < r->variant_count; i++) {
         variant *v = &r->variants[i];
-        for (uint32_t map = 0; map < WATERTIGHT_MAPS; map++) {
+        for (uint32_t map = WATERTIGHT_MAPS; map-- > 0;) {
+            device_tlas_destroy(r->device, v->there[map]);
             clast_tlas_destroy(v->tlas[map]);
         }
         peer_scene_destroy(v->peer);
@@ -249,27 +256,64 @@ static verdict judge(const variant *v, uint32_t map, const shot *a, outcome o)
     return c == CROSSING_RIM && o.t == INFINITY ? VERDICT_RIM : VERDICT_HIT;
 }
 
-static void trace_batches(const clast_tlas *tlas, const shot *shots, size_t count, bool any, size_t batch,
-                          outcome *outcomes)
-{
+// Some rays at one variant.
+typedef struct chunk {
+    const variant *v;
+    uint32_t map, mode;
+    size_t batch, count;
+    shot shots[CHUNK];
     clast_ray rays[CHUNK];
     clast_hit hits[CHUNK];
-    uint8_t occluded[CHUNK];
-    for (size_t i = 0; i < count; i++) {
-        rays[i] = shots[i].ray;
+    uint32_t occluded[CHUNK];
+} chunk;
+
+static const char *const ways[MODES] = {"nearest, single", "nearest, batches", "any, single", "any, batches"};
+
+static bool is_any(const chunk *c)
+{
+    return c->mode >= 2;
+}
+
+static void aim_chunk(const run *r, uint64_t number, chunk *c)
+{
+    static const size_t batches[] = {2, 7, 16, 64, CHUNK};
+    uint64_t turn = number / r->variant_count, left = r->rays - number * CHUNK;
+    c->v = &r->variants[number % r->variant_count];
+    c->map = (uint32_t)(turn % WATERTIGHT_MAPS);
+    c->mode = (uint32_t)((turn / WATERTIGHT_MAPS + number) % MODES);
+    c->batch = c->mode % 2 == 0 ? 1 : batches[number % 5];
+    c->count = left < CHUNK ? (size_t)left : CHUNK;
+    randoms random = {(r->seed * 0x100000001b3u) ^ (number * 0x9e3779b97f4a7c15u)};
+    size_t alike = c->mode % 2 == 1 && number / 7 % 2 == 0 ? BUNDLE : 1; // some batches are of rays that go together
+    for (size_t i = 0; i < c->count; i += alike) {
+        aim(&c->v->s, &c->v->maps[c->map], &random, c->shots + i, c->count - i < alike ? c->count - i : alike);
     }
-    for (size_t i = 0; i < count; i += batch) {
-        size_t some = count - i < batch ? count - i : batch;
-        if (any) {
-            clast_trace_any(tlas, rays + i, some, NULL, occluded + i);
+    for (size_t i = 0; i < c->count; i++) {
+        c->rays[i] = c->shots[i].ray;
+    }
+}
+
+static void trace_batches(chunk *c)
+{
+    uint8_t occluded[CHUNK];
+    const clast_tlas *tlas = c->v->tlas[c->map];
+    for (size_t i = 0; i < c->count; i += c->batch) {
+        size_t some = c->count - i < c->batch ? c->count - i : c->batch;
+        if (is_any(c)) {
+            clast_trace_any(tlas, c->rays + i, some, NULL, occluded + i);
         } else {
-            clast_trace_closest(tlas, rays + i, some, NULL, hits + i);
+            clast_trace_closest(tlas, c->rays + i, some, NULL, c->hits + i);
         }
     }
-    for (size_t i = 0; i < count; i++) {
-        bool hit = any ? occluded[i] != 0 : hits[i].instance == 0; // of equal ones the lower instance
-        outcomes[i] = (outcome){!any && hit ? hits[i].t : INFINITY, any && hit};
+    for (size_t i = 0; is_any(c) && i < c->count; i++) {
+        c->occluded[i] = occluded[i];
     }
+}
+
+static outcome outcome_of(const chunk *c, size_t i)
+{
+    bool hit = is_any(c) ? c->occluded[i] != 0 : c->hits[i].instance == 0; // of equal ones the lower instance
+    return (outcome){!is_any(c) && hit ? c->hits[i].t : INFINITY, is_any(c) && hit};
 }
 
 static void report(const run *r, const variant *v, uint32_t map, const shot *a, outcome o, const char *way)
@@ -300,39 +344,28 @@ static void trace_peer(run *r, const variant *v, uint32_t map, const shot *shots
     atomic_fetch_add(&r->count.peer_rays, count);
 }
 
-static void trace_chunk(run *r, uint64_t chunk, size_t count)
+static void judge_chunk(run *r, const chunk *c)
 {
-    static const size_t batches[] = {2, 7, 16, 64, CHUNK};
-    static const char *const ways[MODES] = {"nearest, single", "nearest, batches", "any, single", "any, batches"};
-    const variant *v = &r->variants[chunk % r->variant_count];
-    uint64_t turn = chunk / r->variant_count;
-    uint32_t map = (uint32_t)(turn % WATERTIGHT_MAPS), mode = (uint32_t)((turn / WATERTIGHT_MAPS + chunk) % MODES);
-    randoms random = {(r->seed * 0x100000001b3u) ^ (chunk * 0x9e3779b97f4a7c15u)};
-    shot shots[CHUNK];
-    outcome outcomes[CHUNK];
     uint64_t verdicts[3] = {0};
-    size_t alike = mode % 2 == 1 && chunk / 7 % 2 == 0 ? BUNDLE : 1; // some batches are of rays that go together
-    for (size_t i = 0; i < count; i += alike) {
-        aim(&v->s, &v->maps[map], &random, shots + i, count - i < alike ? count - i : alike);
-    }
-    trace_batches(v->tlas[map], shots, count, mode >= 2, mode % 2 == 0 ? 1 : batches[chunk % 5], outcomes);
-    for (size_t i = 0; i < count; i++) {
-        verdict found = judge(v, map, &shots[i], outcomes[i]);
+    for (size_t i = 0; i < c->count; i++) {
+        outcome o = outcome_of(c, i);
+        verdict found = judge(c->v, c->map, &c->shots[i], o);
         if (found == VERDICT_LEAK && verdicts[found] == 0 && atomic_load(&r->count.leaks) < 10) {
-            report(r, v, map, &shots[i], outcomes[i], ways[mode]);
+            report(r, c->v, c->map, &c->shots[i], o, ways[c->mode]);
         }
         verdicts[found]++;
-        if (!shots[i].is_inside && i % SAMPLED == 0) {
+        if (!c->shots[i].is_inside && i % SAMPLED == 0) {
             double farthest;
-            crossing c = surface_crossing(&v->s, &v->maps[map], &shots[i].ray, shots[i].half_edge, &farthest);
+            crossing at = surface_crossing(&c->v->s, &c->v->maps[c->map], &c->shots[i].ray, c->shots[i].half_edge,
+                                           &farthest);
             atomic_fetch_add(&r->count.sampled, 1);
-            atomic_fetch_add(&r->count.sure, c == CROSSING_SURE);
+            atomic_fetch_add(&r->count.sure, at == CROSSING_SURE);
         }
     }
     atomic_fetch_add(&r->count.leaks, verdicts[VERDICT_LEAK]);
     atomic_fetch_add(&r->count.rims, verdicts[VERDICT_RIM]);
-    if (peer_can(v, map)) {
-        trace_peer(r, v, map, shots, count);
+    if (peer_can(c->v, c->map)) {
+        trace_peer(r, c->v, c->map, c->shots, c->count);
     }
 }
 
@@ -340,16 +373,78 @@ static void trace_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
     run *r = data;
-    for (size_t chunk = begin; chunk < end; chunk++) {
-        uint64_t left = r->rays - chunk * CHUNK;
-        trace_chunk(r, chunk, left < CHUNK ? (size_t)left : CHUNK);
+    chunk *c = malloc(sizeof *c);
+    for (size_t number = begin; number < end; number++) {
+        aim_chunk(r, number, c);
+        trace_batches(c);
+        judge_chunk(r, c);
+    }
+    free(c);
+}
+
+// Chunks that a device traces together.
+typedef struct wave {
+    run *r;
+    uint64_t first;
+    chunk *chunks;
+} wave;
+
+static void aim_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    wave *w = data;
+    for (size_t i = begin; i < end; i++) {
+        aim_chunk(w->r, w->first + i, &w->chunks[i]);
     }
 }
 
-static void trace_all(run *r)
+static void judge_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
-    clast_parallel_for(r->context, (size_t)((r->rays + CHUNK - 1) / CHUNK), 1, trace_range, r);
+    (void)worker;
+    wave *w = data;
+    for (size_t i = begin; i < end; i++) {
+        judge_chunk(w->r, &w->chunks[i]);
+    }
+}
+
+static bool trace_there(run *r, uint64_t chunks)
+{
+    wave w = {r, 0, malloc(WAVE * sizeof *w.chunks)};
+    device_batch *batches = malloc(WAVE * sizeof *batches);
+    bool done = true;
+    for (; w.first < chunks && done; w.first += WAVE) {
+        size_t count = chunks - w.first < WAVE ? (size_t)(chunks - w.first) : WAVE;
+        clast_parallel_for(r->context, count, 1, aim_range, &w);
+        for (size_t i = 0; i < count; i++) {
+            chunk *c = &w.chunks[i];
+            batches[i] = (device_batch){.tlas = c->v->there[c->map],
+                                        .any = is_any(c),
+                                        .incoherent = c->mode % 2 == 0,
+                                        .count = (uint32_t)c->count,
+                                        .rays = c->rays,
+                                        .hits = c->hits,
+                                        .occluded = c->occluded};
+        }
+        done = device_trace(r->device, batches, count);
+        if (done) {
+            clast_parallel_for(r->context, count, 1, judge_range, &w);
+        }
+    }
+    free(batches);
+    free(w.chunks);
+    return done;
+}
+
+// False, and the error printed, where a device failed.
+static bool trace_all(run *r)
+{
+    uint64_t chunks = (r->rays + CHUNK - 1) / CHUNK;
     r->total += r->rays;
+    if (r->device != NULL) {
+        return trace_there(r, chunks);
+    }
+    clast_parallel_for(r->context, (size_t)chunks, 1, trace_range, r);
+    return true;
 }
 
 // ------------------------------------------------------------------------------------------------------------- flights
@@ -372,12 +467,17 @@ static bool test_moment(run *r, displaced_moment *moment)
         v.maps[map] = moment->map;
         v.tlas[map] = moment->tlas;
     }
+    device_tlas *there = r->device != NULL ? device_tlas_create(r->device, moment->tlas, NULL) : NULL;
+    for (uint32_t map = 0; map < WATERTIGHT_MAPS; map++) {
+        v.there[map] = there;
+    }
     r->variants = &v;
     r->variant_count = 1;
-    trace_all(r);
+    bool done = (r->device == NULL || there != NULL) && trace_all(r);
     r->variants = NULL;
     r->variant_count = 0;
-    return true;
+    device_tlas_destroy(r->device, there);
+    return done;
 }
 
 static int test_flight(run *r, const char *assets)
@@ -412,7 +512,7 @@ static int test_flight(run *r, const char *assets)
 }
 
 // All surfaces through one instruction set. Gives 77 where the machine lacks it.
-static int test_isa(run *r, const clast_context_desc *desc, bool made, bool models, bool displaced)
+static int test_isa(run *r, const clast_context_desc *desc, bool made, bool models, bool displaced, bool device)
 {
     clast_status status = clast_context_create(desc, &r->context);
     if (status == CLAST_ERROR_DEVICE) {
@@ -426,8 +526,14 @@ static int test_isa(run *r, const clast_context_desc *desc, bool made, bool mode
     double start = clast_clock();
     const char *assets = getenv("CLAST_ASSETS");
     int result = 0;
+    r->device = device ? device_tracer_create(r->context) : NULL;
+    if (device && r->device == NULL) {
+        clast_context_destroy(r->context);
+        return 77;
+    }
     if (displaced) {
         result = test_flight(r, assets);
+        device_tracer_destroy(r->device);
         clast_context_destroy(r->context);
         return result;
     }
@@ -451,12 +557,15 @@ static int test_isa(run *r, const clast_context_desc *desc, bool made, bool mode
             result = 2;
         }
     }
+    if (result == 0 && !trace_all(r)) {
+        result = 2;
+    }
     if (result == 0) {
-        trace_all(r);
         printf("%s: %llu rays at %u surfaces in %u ways, %.0f s\n", clast_isa_text(clast_context_isa(r->context)),
                (unsigned long long)r->rays, r->surface_count, r->variant_count, clast_clock() - start);
     }
     free_variants(r);
+    device_tracer_destroy(r->device);
     clast_context_destroy(r->context);
     return result;
 }
@@ -484,7 +593,7 @@ static int finish(run *r)
 typedef struct options {
     uint64_t rays, seed, threads;
     clast_isa isa;
-    bool all_isas, has_peer, made, models, displaced;
+    bool all_isas, has_peer, made, models, displaced, device;
 } options;
 
 static bool read_number(const char *text, uint64_t *number)
@@ -536,11 +645,13 @@ static bool read_options(int count, char **arguments, options *o)
                      (strcmp(name, "--isa") == 0 && read_isa(value, o)) ||
                      (strcmp(name, "--threads") == 0 && read_number(value, &o->threads) && o->threads <= 1024) ||
                      (strcmp(name, "--meshes") == 0 && read_meshes(value, o)) ||
+                     (strcmp(name, "--device") == 0 && (strcmp(value, "vulkan") == 0 || strcmp(value, "cpu") == 0)) ||
                      (strcmp(name, "--peer") == 0 && strcmp(value, "embree") == 0);
         if (!known) {
             return false;
         }
         o->has_peer = o->has_peer || strcmp(name, "--peer") == 0;
+        o->device = strcmp(name, "--device") == 0 ? strcmp(value, "vulkan") == 0 : o->device;
     }
     return true;
 }
@@ -555,8 +666,8 @@ int main(int count, char **arguments)
     options o;
     setvbuf(stdout, NULL, _IOLBF, 0); // long runs are watched
     if (!read_options(count, arguments, &o)) {
-        fprintf(stderr, "usage: watertight [--rays N] [--seed S] [--isa NAME|all] [--threads T] [--peer embree]\n"
-                        "                  [--meshes made|models|all|displaced]\n");
+        fprintf(stderr, "usage: watertight [--rays N] [--seed S] [--isa NAME|all] [--device cpu|vulkan] [--threads T]\n"
+                        "                  [--peer embree] [--meshes made|models|all|displaced]\n");
         return 2;
     }
     static run r;
@@ -569,7 +680,7 @@ int main(int count, char **arguments)
     int result = 0;
     for (size_t i = 0; i < (o.all_isas ? sizeof list / sizeof list[0] : 1) && result != 2; i++) {
         desc.isa = o.all_isas ? list[i] : o.isa;
-        int one = test_isa(&r, &desc, o.made, o.models, o.displaced);
+        int one = test_isa(&r, &desc, o.made, o.models, o.displaced, o.device);
         result = one == 77 && r.total > 0 ? result : one;
     }
     result = result == 0 ? finish(&r) : result;

@@ -138,6 +138,32 @@ void displaced_flight_destroy(displaced_flight *f);
 uint32_t displaced_flight_frames(const displaced_flight *f);
 clast_status displaced_flight_fly(displaced_flight *f, uint32_t number, displaced_moment *moment);
 
+// -------------------------------------------------------------------------------------------------------------- device
+
+// A Vulkan device, to trace there what the processor built trees over: clusters are fitted there. Null, and the reason printed,
+// where there is none.
+typedef struct device_tracer device_tracer;
+device_tracer *device_tracer_create(clast_context *context);
+void device_tracer_destroy(device_tracer *d);
+
+// A TLAS there. `first`, which may be null, has all of its BLASes already, and must live as long. Null, and the error printed,
+// where that fails.
+typedef struct device_tlas device_tlas;
+device_tlas *device_tlas_create(device_tracer *d, const clast_tlas *tlas, const device_tlas *first);
+void device_tlas_destroy(device_tracer *d, device_tlas *tlas);
+
+// Rays through one of them: the nearest hits, or whether there is any.
+typedef struct device_batch {
+    const device_tlas *tlas;
+    bool any, incoherent;
+    uint32_t count;
+    const clast_ray *rays;
+    clast_hit *hits;    // where not any
+    uint32_t *occluded; // where any
+} device_batch;
+// False, and the error printed, where that fails.
+bool device_trace(device_tracer *d, const device_batch *batches, size_t count);
+
 // ---------------------------------------------------------------------------------------------------------------- peer
 
 // Another tracer over the same surfaces, in two modes, the fast and the robust one. All null where there is none.

@@ -24,6 +24,7 @@ typedef struct device_scene {
     clast_gpu *gpu;
     device_blas *blases;
     size_t blas_count;
+    bool borrowed; // the BLASes are another scene's
     clast_gpu_buffer nodes, placements, scene;
 } device_scene;
 
@@ -95,6 +96,18 @@ static inline clast_status device_clusters(clast_gpu_commands *commands, device_
     size_t pair_count = 0;
     for (size_t i = 0; i < count; i++) {
         const clast_clas *clas = clast_pool_slot(pool, i);
+        if (clas->topology == 0) { // nothing there
+            const float nowhere[3] = {NAN, NAN, NAN};
+            templates[i].pairs = store_address(pair_count * sizeof *pairs);
+            templates[i].counts = cluster_counts(1, 0);
+            templates[i].vertices = 1;
+            pairs[pair_count++] = lone_pair(0);
+            to->clusters_in[i] = (clast_device_cluster){(uint32_t)i, (uint32_t)vertex_count, place};
+            memcpy(vertices + 3 * vertex_count++, nowhere, sizeof nowhere);
+            to->places[i] = place;
+            place += cluster_space(templates[i].counts, false);
+            continue;
+        }
         const clast_template *topology = clast_clas_topology(clas);
         templates[i].counts = triangles_counts(topology->triangle_count);
         templates[i].vertices = topology->vertex_count;
@@ -197,16 +210,22 @@ static inline clast_status device_scene_blases(clast_gpu_commands *commands, con
     return CLAST_OK;
 }
 
-// All of it, ready for rays.
-static inline clast_status device_scene_make(clast_gpu *gpu, const clast_tlas *tlas, device_scene *scene)
+// All of it, ready for rays. With `lender`, all BLASes are those of that scene.
+static inline clast_status device_scene_make_with(clast_gpu *gpu, const clast_tlas *tlas, const device_scene *lender,
+                                                  device_scene *scene)
 {
     *scene = (device_scene){.gpu = gpu};
+    if (lender != NULL) {
+        scene->blases = lender->blases;
+        scene->blas_count = lender->blas_count;
+        scene->borrowed = true;
+    }
     clast_gpu_commands *commands;
     clast_status status = clast_gpu_begin(gpu, &commands);
     if (status != CLAST_OK) {
         return status;
     }
-    status = device_scene_blases(commands, tlas, scene);
+    status = lender != NULL ? CLAST_OK : device_scene_blases(commands, tlas, scene);
     clast_device_placement *placements = malloc((tlas->placement_count + 1) * sizeof *placements);
     clast_device_scene record = {.spread = tlas->spread};
     record.placement_count = tlas->visible ? (uint32_t)tlas->placement_count : 0;
@@ -224,7 +243,7 @@ static inline clast_status device_scene_make(clast_gpu *gpu, const clast_tlas *t
     record.placements = store_address(scene->placements.address);
     status = status == CLAST_OK ? device_upload(commands, &record, sizeof record, &scene->scene) : status;
     clast_gpu_barrier(commands);
-    for (size_t i = 0; i < scene->blas_count; i++) {
+    for (size_t i = 0; i < scene->blas_count && !scene->borrowed; i++) {
         device_fit(commands, &scene->blases[i]);
     }
     free(placements);
@@ -232,12 +251,19 @@ static inline clast_status device_scene_make(clast_gpu *gpu, const clast_tlas *t
     return clast_gpu_finish(commands);
 }
 
+static inline clast_status device_scene_make(clast_gpu *gpu, const clast_tlas *tlas, device_scene *scene)
+{
+    return device_scene_make_with(gpu, tlas, NULL, scene);
+}
+
 static inline void device_scene_free(device_scene *scene)
 {
-    for (size_t i = 0; i < scene->blas_count; i++) {
+    for (size_t i = 0; i < scene->blas_count && !scene->borrowed; i++) {
         device_blas_free(scene->gpu, &scene->blases[i]);
     }
-    free(scene->blases);
+    if (!scene->borrowed) {
+        free(scene->blases);
+    }
     clast_gpu_free(scene->gpu, &scene->nodes);
     clast_gpu_free(scene->gpu, &scene->placements);
     clast_gpu_free(scene->gpu, &scene->scene);
