@@ -118,6 +118,11 @@ uint64_t clast_vulkan_frame_address(const clast_vulkan_frame *device)
     return device->is_whole ? device->head.address : 0;
 }
 
+uint64_t clast_vulkan_frame_scene(const clast_vulkan_frame *device)
+{
+    return device->is_whole ? device->scene.address : 0;
+}
+
 clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device)
 {
     clast_frame_bytes bytes = {

@@ -21,6 +21,8 @@ void clast_vulkan_frame_destroy(clast_vulkan_frame *device);
 clast_gpu *clast_vulkan_frame_gpu(const clast_vulkan_frame *device);
 // Where the clast_device_frame lies, once the passes up to CLAST_PASS_TLAS have run.
 uint64_t clast_vulkan_frame_address(const clast_vulkan_frame *device);
+// Where its clast_device_scene lies, which rays are traced through (vulkan/rays.h); 0 as above.
+uint64_t clast_vulkan_frame_scene(const clast_vulkan_frame *device);
 // Bytes of the device's memory that the frame takes.
 uint64_t clast_vulkan_frame_bytes(const clast_vulkan_frame *device);
 

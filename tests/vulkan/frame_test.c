@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "vulkan/frame.h"
+#include "vulkan/rays.h"
 #include "vulkan/test_device.h"
 
 static const clast_backend device_backend = {.name = "vulkan",
@@ -114,11 +115,64 @@ static void compare(twins *t)
     }
 }
 
+enum { RAYS_ACROSS = 20, RAYS = RAYS_ACROSS * RAYS_ACROSS };
+
+// From the camera's place, and from within the scene: a fan each.
+static void make_rays(clast_ray *rays)
+{
+    for (int i = 0; i < RAYS; i++) {
+        float x = (float)(i % RAYS_ACROSS) / RAYS_ACROSS * 2.0f - 1.0f, y = (float)i / RAYS * 2.0f - 1.0f;
+        rays[i] = i % 2 == 0 ? (clast_ray){{0.1f, 0.2f, 10.0f}, 0.0f, {0.6f * x, 0.5f * y, -1.0f}, INFINITY}
+                             : (clast_ray){{0.1f, 0.05f, 0.2f}, 0.0f, {x, y, x * y - 0.3f}, INFINITY};
+    }
+}
+
+static void trace_on_device(const twins *t, const clast_ray *rays, clast_hit *hits)
+{
+    clast_gpu_buffer from, to, scratch;
+    clast_gpu_commands *commands;
+    clast_gpu_memory memory = CLAST_GPU_DEVICE;
+    assert_ok(device.context, clast_gpu_allocate(device.gpu, memory, RAYS * sizeof *rays, "rays", &from));
+    assert_ok(device.context, clast_gpu_allocate(device.gpu, memory, RAYS * sizeof *hits, "hits", &to));
+    assert_ok(device.context, clast_gpu_allocate(device.gpu, memory, CLAST_GPU_RAYS_SCRATCH, "scratch", &scratch));
+    assert_ok(device.context, clast_gpu_begin(device.gpu, &commands));
+    clast_gpu_write(commands, &from, 0, rays, RAYS * sizeof *rays);
+    clast_gpu_barrier(commands);
+    clast_gpu_trace_closest(commands, &(clast_gpu_rays){.scene = clast_vulkan_frame_scene(t->made),
+                                                        .rays = from.address,
+                                                        .to = to.address,
+                                                        .scratch = &scratch,
+                                                        .count = RAYS});
+    clast_gpu_read(commands, &to, 0, hits, RAYS * sizeof *hits);
+    assert_ok(device.context, clast_gpu_finish(commands));
+    clast_gpu_free(device.gpu, &from);
+    clast_gpu_free(device.gpu, &to);
+    clast_gpu_free(device.gpu, &scratch);
+}
+
+static void compare_hits(const twins *t)
+{
+    static clast_ray rays[RAYS];
+    static clast_hit expected[RAYS], hits[RAYS];
+    make_rays(rays);
+    clast_trace_closest(t->stage.frame->tlas, rays, RAYS, NULL, expected);
+    trace_on_device(t, rays, hits);
+    for (int i = 0; i < RAYS; i++) {
+        assert_int_equal(hits[i].instance, expected[i].instance);
+        if (hits[i].instance != CLAST_NONE) {
+            assert_int_equal(hits[i].cluster, expected[i].cluster);
+            assert_int_equal(hits[i].triangle, expected[i].triangle);
+            assert_true(hits[i].t == expected[i].t && hits[i].u == expected[i].u && hits[i].v == expected[i].v);
+        }
+    }
+}
+
 static void run_and_compare(twins *t)
 {
     stage_run(&t->stage);
     assert_ok(device.context, twins_try(t));
     compare(t);
+    compare_hits(t);
 }
 
 static void add_sea(twins *t)
