@@ -17,6 +17,10 @@ uint64_t resident_displaced(unit_reference unit, clast_cluster_record record) { 
 #define source_resident resident_displaced
 #endif
 
+#ifdef SOURCE_POSES
+#include "source/displaced_pose.glsl"
+#endif
+
 #ifdef SOURCE_FILLS
 #include "source/displaced_fill.glsl"
 #endif

@@ -108,7 +108,146 @@ void displaced_lay_out(unit_reference unit, clast_displaced_cluster cluster, uin
 
 // -------------------------------------------------------------------------------------------------------------- points
 
-// A corner that points are blended from.
+// The part of a pattern that a vertex of it belongs to: 0 to 2 a corner, then the edges, then what is inside.
+uint displaced_pattern_part(clast_pattern pattern, uint vertex)
+{
+    uint factors = pattern_own_factors(pattern);
+    uint part = vertex < pattern_edge_begin(factors, 3u) ? WEIGHTS_EDGE + 2u : WEIGHTS_INSIDE;
+    part = vertex < pattern_edge_begin(factors, 2u) ? WEIGHTS_EDGE + 1u : part;
+    part = vertex < pattern_edge_begin(factors, 1u) ? WEIGHTS_EDGE : part;
+    return vertex < 3u ? vertex : part;
+}
+
+// How a point is made: blended from three vertices of the cluster; or, by a face, from three points in a triangle that are
+// blended from its corners; or, where it is curved, in the triangle by itself.
+struct displaced_recipe
+{
+    uvec3 corners;            // vertices of the cluster: of a face, the triangle's corners
+    bool by_face;
+    uint triangle;            // by a face
+    clast_weights sources[3]; // the points that it is blended from
+    vec3 levels;              // at them
+    uint place;               // that they are part of
+    clast_weights at;         // the weights of what it is blended from
+};
+
+displaced_recipe displaced_from_vertices(uvec3 corners, clast_weights at)
+{
+    displaced_recipe recipe;
+    recipe.corners = corners;
+    recipe.by_face = false;
+    recipe.at = at;
+    return recipe;
+}
+
+displaced_recipe displaced_from_vertex(uint vertex)
+{
+    return displaced_from_vertices(uvec3(vertex, vertex, vertex), weights_of_corner(0u));
+}
+
+displaced_recipe displaced_from_leaf(displaced_leaf leaf, clast_displaced_triangle triangle, uvec3 own, uint place,
+                                     clast_weights at)
+{
+    displaced_recipe recipe;
+    recipe.corners = uvec3(displaced_corner(triangle, 0u), displaced_corner(triangle, 1u), displaced_corner(triangle, 2u));
+    recipe.by_face = true;
+    recipe.triangle = displaced_leaf_triangle(leaf.word);
+    [[unroll]] for (uint k = 0u; k < 3u; k++) {
+        recipe.sources[k] = displaced_leaf_corner_weights(leaf, own[k]);
+        recipe.levels[k] = displaced_leaf_corner_level(leaf, own[k]);
+    }
+    recipe.place = place;
+    recipe.at = at;
+    return recipe;
+}
+
+// The place that the points of a leaf's edge have in the base triangle.
+uint displaced_place_of_edge(displaced_leaf leaf, uint own)
+{
+    uint next = own == 2u ? 0u : own + 1u;
+    return displaced_leaf_is_split(leaf.word)
+               ? displaced_place_between(displaced_leaf_corner_weights(leaf, own), displaced_leaf_corner_weights(leaf, next))
+               : WEIGHTS_EDGE + own;
+}
+
+// A vertex of a leaf's pattern, by its owner.
+displaced_recipe displaced_leaf_recipe(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint leaf_count,
+                                       uint number, uint vertex, bool curved)
+{
+    uint splits = leaf_count > 1u ? displaced_own_places[number] >> 16u : 0u;
+    displaced_leaf leaf = displaced_read_leaf(unit, cluster, words, leaf_count, number, splits);
+    clast_pattern_use use = pattern_use(displaced_leaf_factors(leaf.word));
+    clast_pattern pattern = displaced_pattern_at(unit, use.number);
+    clast_weights at = weights_of(displaced_pattern_vertex(unit, pattern, vertex));
+    clast_displaced_triangle triangle = displaced_triangle_of(unit, cluster, displaced_leaf_triangle(leaf.word));
+    uvec3 turned = uvec3(use.rotation, use.rotation + 1u, use.rotation + 2u) % 3u;
+    if (curved) {
+        return displaced_from_leaf(leaf, triangle, uvec3(0u, 1u, 2u), 0u, pattern_unrotate(at, use.rotation));
+    }
+    if (displaced_is_plain(triangle)) {
+        uvec3 corners = uvec3(displaced_corner(triangle, turned[0]), displaced_corner(triangle, turned[1]),
+                              displaced_corner(triangle, turned[2]));
+        if (!displaced_leaf_is_split(leaf.word)) {
+            return displaced_from_vertices(corners, at);
+        }
+        return displaced_from_leaf(leaf, triangle, turned, WEIGHTS_INSIDE, at);
+    }
+    uint part = displaced_pattern_part(pattern, vertex);
+    if (part >= WEIGHTS_EDGE) {
+        uint place = part == WEIGHTS_INSIDE ? WEIGHTS_INSIDE
+                                            : displaced_place_of_edge(leaf, (part - WEIGHTS_EDGE + use.rotation) % 3u);
+        return displaced_from_leaf(leaf, triangle, turned, place, at);
+    }
+    uint own = (part + use.rotation) % 3u;
+    uint place = weights_place(displaced_leaf_corner_weights(leaf, own));
+    if (place < WEIGHTS_EDGE) {
+        return displaced_from_vertex(displaced_corner(triangle, place));
+    }
+    return displaced_from_leaf(leaf, triangle, uvec3(own, own, own), place, weights_of_corner(0u));
+}
+
+// A point within an edge that leaves of a composite share: between its ends, or in the triangle of a leaf that has it.
+displaced_recipe displaced_edge_recipe(unit_reference unit, clast_displaced_cluster cluster, uint64_t words,
+                                       uint leaf_count, uint number, uint step, bool curved)
+{
+    uint place = displaced_edge_places[number];
+    uint factor = place & 255u;
+    uint user = place >> 8u & 255u;
+    clast_weights at = weights_of(pattern_edge_weight(factor, step));
+    if (user == 0u) {
+        uint ends = displaced_edge_at(unit, cluster, number).ends;
+        return displaced_from_vertices(uvec3(ends & 255u, ends >> 8u & 255u, ends & 255u), at);
+    }
+    displaced_leaf leaf = displaced_read_leaf(unit, cluster, words, leaf_count, user - 1u, 0u);
+    clast_displaced_triangle triangle = displaced_triangle_of(unit, cluster, displaced_leaf_triangle(leaf.word));
+    uint edge = displaced_edge_of(triangle, 1u) == number ? 1u : 0u;
+    edge = displaced_edge_of(triangle, 2u) == number ? 2u : edge;
+    uint next = edge == 2u ? 0u : edge + 1u;
+    bool along = displaced_goes_along(triangle, edge);
+    if (curved) {
+        return displaced_from_leaf(leaf, triangle, uvec3(0u, 1u, 2u), 0u,
+                                   pattern_edge_point(edge, factor, along ? step : factor - step));
+    }
+    uvec3 own = along ? uvec3(edge, next, edge) : uvec3(next, edge, next);
+    return displaced_from_leaf(leaf, triangle, own, WEIGHTS_EDGE + edge, at);
+}
+
+displaced_recipe displaced_recipe_of(unit_reference unit, clast_displaced_cluster cluster, uint64_t words,
+                                     uint leaf_count, uint what, bool curved)
+{
+    uint kind = what >> DISPLACED_WHAT_SHIFT;
+    uint number = what & 65535u;
+    uint detail = what >> 16u & 0x3fffu;
+    if (kind == DISPLACED_VERTEX) {
+        return displaced_from_vertex(number);
+    }
+    if (kind == DISPLACED_EDGE) {
+        return displaced_edge_recipe(unit, cluster, words, leaf_count, number, detail, curved);
+    }
+    return displaced_leaf_recipe(unit, cluster, words, leaf_count, number, detail, curved);
+}
+
+// What a point is blended from.
 struct displaced_source
 {
     vec3 position, normal;
@@ -116,9 +255,8 @@ struct displaced_source
     float level;
 };
 
-displaced_source displaced_vertex_source(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint vertex)
+displaced_source displaced_vertex_source(unit_reference unit, uint64_t words, clast_displaced_vertex from, uint vertex)
 {
-    clast_displaced_vertex from = displaced_vertex_at(unit, displaced_vertex_number(unit, cluster, vertex));
     displaced_source source;
     source.position = load3(from.position);
     source.normal = load3(from.normal);
@@ -127,16 +265,27 @@ displaced_source displaced_vertex_source(unit_reference unit, clast_displaced_cl
     return source;
 }
 
-// A point within a triangle whose attributes are blended, as part of `place`.
-displaced_source displaced_face_source(unit_reference unit, clast_displaced_cluster cluster, displaced_face face,
-                                       clast_weights at, uint place, float level)
+displaced_source displaced_face_source(displaced_face face, displaced_place_site site, clast_weights at, float level)
 {
     displaced_source source;
     source.position = blend3(face.positions[0], face.positions[1], face.positions[2], at);
     source.normal = displaced_face_normal(face, at);
-    source.coordinates = displaced_site_within(unit, cluster, face, at, place).coordinates;
+    source.coordinates = displaced_coordinates_in(face, site, at);
     source.level = level;
     return source;
+}
+
+// Curved triangles are not blended from their corners: each point is one by itself.
+FN vec3 displaced_curved_leaf_point(unit_reference unit, clast_displaced_cluster cluster, displaced_face face,
+                                    displaced_recipe recipe)
+{
+    clast_weights own = recipe.at;
+    clast_weights at = weights_within(recipe.sources[0], recipe.sources[1], recipe.sources[2], own);
+    float level = blend1(recipe.levels[0], recipe.levels[1], recipe.levels[2], own);
+    displaced_site site = displaced_site_of(unit, cluster, face, at);
+    site.coordinates = displaced_alone(site.coordinates);
+    return displaced_moved(unit, site, curved_point(face.positions, face.normals, at), displaced_face_normal(face, at),
+                           level);
 }
 
 FN vec3 displaced_blend_point(unit_reference unit, uint map, displaced_source a, displaced_source b, displaced_source c,
@@ -149,163 +298,32 @@ FN vec3 displaced_blend_point(unit_reference unit, uint map, displaced_source a,
                            blend3(a.normal, b.normal, c.normal, at), blend1(a.level, b.level, c.level, at));
 }
 
-uint displaced_vertex_map(unit_reference unit, clast_displaced_cluster cluster, uint vertex)
-{
-    uint number = displaced_vertex_number(unit, cluster, vertex);
-    return displaced_vertices(array_of(unit, DISPLACED_ARRAY_VERTICES)).at[number].map;
-}
-
-// A point between three vertices of the cluster that have one map.
-vec3 displaced_plain_point(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uvec3 corners,
-                              clast_weights at)
-{
-    displaced_source a = displaced_vertex_source(unit, cluster, words, corners[0]);
-    displaced_source b = displaced_vertex_source(unit, cluster, words, corners[1]);
-    displaced_source c = displaced_vertex_source(unit, cluster, words, corners[2]);
-    return displaced_blend_point(unit, displaced_vertex_map(unit, cluster, corners[0]), a, b, c, at);
-}
-
-vec3 displaced_vertex_position(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint vertex)
-{
-    return displaced_plain_point(unit, cluster, words, uvec3(vertex, vertex, vertex), weights_of_corner(0u));
-}
-
-// Curved triangles are not blended from their corners: each point is one by itself. `own` are weights of the leaf's corners.
-vec3 displaced_curved_leaf_point(unit_reference unit, clast_displaced_cluster cluster, displaced_face face,
-                                    displaced_leaf leaf, clast_weights own)
-{
-    clast_weights at = displaced_leaf_weights(leaf, own);
-    float level = blend1(leaf.levels[0], leaf.levels[1], leaf.levels[2], own);
-    displaced_site site = displaced_site_of(unit, cluster, face, at);
-    site.coordinates = displaced_alone(site.coordinates);
-    return displaced_moved(unit, site, curved_point(face.positions, face.normals, at), displaced_face_normal(face, at),
-                           level);
-}
-
-// The place that the points of a pattern's edge have in the base triangle.
-uint displaced_place_of_edge(displaced_leaf leaf, uint own)
-{
-    uint next = own == 2u ? 0u : own + 1u;
-    return displaced_leaf_is_split(leaf.word)
-               ? displaced_place_between(displaced_leaf_corner_weights(leaf, own), displaced_leaf_corner_weights(leaf, next))
-               : WEIGHTS_EDGE + own;
-}
-
-// A point blended from the corners of a leaf, all three as part of `place`.
-vec3 displaced_leaf_blend(unit_reference unit, clast_displaced_cluster cluster, displaced_face face, displaced_leaf leaf,
-                             uint rotation, uint place, clast_weights at)
-{
-    displaced_source sources[3];
-    [[unroll]] for (uint k = 0u; k < 3u; k++) {
-        uint own = (k + rotation) % 3u;
-        sources[k] = displaced_face_source(unit, cluster, face, displaced_leaf_corner_weights(leaf, own), place,
-                                           displaced_leaf_corner_level(leaf, own));
-    }
-    uint map = displaced_site_within(unit, cluster, face, displaced_leaf_corner_weights(leaf, rotation), place).map;
-    return displaced_blend_point(unit, map, sources[0], sources[1], sources[2], at);
-}
-
-// The part of a pattern that a vertex of it belongs to: 0 to 2 a corner, then the edges, then what is inside.
-uint displaced_pattern_part(clast_pattern pattern, uint vertex)
-{
-    uint factors = pattern_own_factors(pattern);
-    return vertex < 3u                                  ? vertex
-           : vertex < pattern_edge_begin(factors, 1u) ? WEIGHTS_EDGE
-           : vertex < pattern_edge_begin(factors, 2u) ? WEIGHTS_EDGE + 1u
-           : vertex < pattern_edge_begin(factors, 3u) ? WEIGHTS_EDGE + 2u
-                                                      : WEIGHTS_INSIDE;
-}
-
-// A corner of a leaf, by its owner.
-vec3 displaced_leaf_corner_point(unit_reference unit, clast_displaced_cluster cluster, uint64_t words,
-                                    displaced_face face, displaced_leaf leaf, uint own)
-{
-    clast_weights at = displaced_leaf_corner_weights(leaf, own);
-    uint place = weights_place(at);
-    if (place < WEIGHTS_EDGE) {
-        return displaced_vertex_position(unit, cluster, words, displaced_corner(face.triangle, place));
-    }
-    displaced_source source = displaced_face_source(unit, cluster, face, at, place, displaced_leaf_corner_level(leaf, own));
-    uint map = displaced_site_within(unit, cluster, face, at, place).map;
-    return displaced_blend_point(unit, map, source, source, source, weights_of_corner(0u));
-}
-
-// A vertex of a leaf's pattern, by its owner.
-vec3 displaced_leaf_point(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint leaf_count,
-                             uint number, uint vertex)
-{
-    uint splits = leaf_count > 1u ? displaced_own_places[number] >> 16u : 0u;
-    displaced_leaf leaf = displaced_read_leaf(unit, cluster, words, leaf_count, number, splits);
-    clast_pattern_use use = pattern_use(displaced_leaf_factors(leaf.word));
-    clast_pattern pattern = displaced_pattern_at(unit, use.number);
-    clast_weights at = weights_of(displaced_pattern_vertex(unit, pattern, vertex));
-    clast_displaced_triangle triangle = displaced_triangle_of(unit, cluster, displaced_leaf_triangle(leaf.word));
-    bool plain = displaced_is_plain(triangle);
-    bool curved = displaced_is_curved(unit);
-    if (plain && !curved && !displaced_leaf_is_split(leaf.word)) {
-        uvec3 corners = uvec3(displaced_corner(triangle, use.rotation), displaced_corner(triangle, (use.rotation + 1u) % 3u),
-                              displaced_corner(triangle, (use.rotation + 2u) % 3u));
-        return displaced_plain_point(unit, cluster, words, corners, at);
-    }
-    displaced_face face = displaced_face_of(unit, cluster, displaced_leaf_triangle(leaf.word));
-    if (curved) {
-        return displaced_curved_leaf_point(unit, cluster, face, leaf, pattern_unrotate(at, use.rotation));
-    }
-    uint part = displaced_pattern_part(pattern, vertex);
-    if (plain || part == WEIGHTS_INSIDE) {
-        return displaced_leaf_blend(unit, cluster, face, leaf, use.rotation, WEIGHTS_INSIDE, at);
-    }
-    if (part < WEIGHTS_EDGE) {
-        return displaced_leaf_corner_point(unit, cluster, words, face, leaf, (part + use.rotation) % 3u);
-    }
-    uint place = displaced_place_of_edge(leaf, (part - WEIGHTS_EDGE + use.rotation) % 3u);
-    return displaced_leaf_blend(unit, cluster, face, leaf, use.rotation, place, at);
-}
-
-// A point within an edge that leaves of a composite share: between its ends, or in the triangle of a leaf that has it.
-vec3 displaced_edge_point(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint leaf_count,
-                             uint number, uint step)
-{
-    uint place = displaced_edge_places[number];
-    uint factor = place & 255u;
-    uint user = place >> 8u & 255u;
-    if (user == 0u) {
-        uint ends = displaced_edge_at(unit, cluster, number).ends;
-        uint first = ends & 255u;
-        return displaced_plain_point(unit, cluster, words, uvec3(first, ends >> 8u & 255u, first),
-                                     weights_of(pattern_edge_weight(factor, step)));
-    }
-    displaced_leaf leaf = displaced_read_leaf(unit, cluster, words, leaf_count, user - 1u, 0u);
-    displaced_face face = displaced_face_of(unit, cluster, displaced_leaf_triangle(leaf.word));
-    uint edge = displaced_edge_of(face.triangle, 2u) == number   ? 2u
-                : displaced_edge_of(face.triangle, 1u) == number ? 1u
-                                                                 : 0u;
-    bool along = displaced_goes_along(face.triangle, edge);
-    if (displaced_is_curved(unit)) {
-        return displaced_curved_leaf_point(unit, cluster, face, leaf,
-                                           pattern_edge_point(edge, factor, along ? step : factor - step));
-    }
-    uint next = edge == 2u ? 0u : edge + 1u;
-    uint first = along ? edge : next;
-    uint second = along ? next : edge;
-    displaced_source a = displaced_face_source(unit, cluster, face, weights_of_corner(first), WEIGHTS_EDGE + edge,
-                                               displaced_leaf_corner_level(leaf, first));
-    displaced_source b = displaced_face_source(unit, cluster, face, weights_of_corner(second), WEIGHTS_EDGE + edge,
-                                               displaced_leaf_corner_level(leaf, second));
-    uint map = displaced_site_within(unit, cluster, face, weights_of_corner(first), WEIGHTS_EDGE + edge).map;
-    return displaced_blend_point(unit, map, a, b, a, weights_of(pattern_edge_weight(factor, step)));
-}
-
 vec3 displaced_point_of(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint leaf_count, uint what)
 {
-    uint kind = what >> DISPLACED_WHAT_SHIFT;
-    uint number = what & 65535u;
-    uint detail = what >> 16u & 0x3fffu;
-    if (kind == DISPLACED_VERTEX) {
-        return displaced_vertex_position(unit, cluster, words, number);
+    bool curved = displaced_is_curved(unit);
+    displaced_recipe recipe = displaced_recipe_of(unit, cluster, words, leaf_count, what, curved);
+    clast_displaced_vertex vertices[3];
+    [[unroll]] for (uint k = 0u; k < 3u; k++) {
+        vertices[k] = displaced_vertex_at(unit, displaced_vertex_number(unit, cluster, recipe.corners[k]));
     }
-    return kind == DISPLACED_EDGE ? displaced_edge_point(unit, cluster, words, leaf_count, number, detail)
-                                  : displaced_leaf_point(unit, cluster, words, leaf_count, number, detail);
+    displaced_source sources[3];
+    uint map = vertices[0].map;
+    if (recipe.by_face) {
+        displaced_face face = displaced_face_from(unit, cluster, recipe.triangle, vertices);
+        if (curved) {
+            return displaced_curved_leaf_point(unit, cluster, face, recipe);
+        }
+        displaced_place_site site = displaced_site_in(unit, cluster, face, recipe.place);
+        [[unroll]] for (uint k = 0u; k < 3u; k++) {
+            sources[k] = displaced_face_source(face, site, recipe.sources[k], recipe.levels[k]);
+        }
+        map = site.map;
+    } else {
+        [[unroll]] for (uint k = 0u; k < 3u; k++) {
+            sources[k] = displaced_vertex_source(unit, words, vertices[k], recipe.corners[k]);
+        }
+    }
+    return displaced_blend_point(unit, map, sources[0], sources[1], sources[2], recipe.at);
 }
 
 // -------------------------------------------------------------------------------------------------------------- duties

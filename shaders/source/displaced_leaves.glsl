@@ -315,31 +315,28 @@ void displaced_pack(unit_reference unit, clast_displaced_cluster cluster, inout 
 
 const uint DISPLACED_LISTS = DISPLACED_SPLITS_DEEPEST + 2u;
 
-// By list: how long it is, how far it has come, and where in the list before it was made from.
+// By list: how long it is, how far it has come, and where in the list before it was made from. A list that was written over is
+// made again from there, as are those before it.
 shared uint displaced_lengths[DISPLACED_LISTS];
 shared uint displaced_nexts[DISPLACED_LISTS];
 shared uint displaced_firsts[DISPLACED_LISTS];
 
-// Makes a list anew, and those before it.
-void displaced_remake(unit_reference unit, clast_displaced_cluster cluster, uint list)
+// Packs what is left of a list where none of it splits; false else.
+bool displaced_pack_rest(unit_reference unit, clast_displaced_cluster cluster, inout displaced_walk walk, uint list)
 {
-    for (uint i = 1u; i <= list; i++) {
-        displaced_expand(unit, cluster, i - 1u, displaced_firsts[i], displaced_lengths[i - 1u]);
+    uint next = displaced_nexts[list];
+    uint end = displaced_lengths[list];
+    uint own = next + group_lane();
+    bool splits = own < end && !displaced_is_leaf(displaced_part_at(unit, cluster, list, own));
+    if (displaced_lowest(splits) != GROUP_SIZE) {
+        return false;
     }
-}
-
-// Goes one list on. All of the group have the same numbers.
-uint displaced_descend(unit_reference unit, clast_displaced_cluster cluster, uint list, uint next, uint end)
-{
-    displaced_expansion made = displaced_expand(unit, cluster, list, next, end);
+    displaced_pack(unit, cluster, walk, list, next, end - next);
     if (group_lane() == 0u) {
-        displaced_nexts[list] = next + made.parts;
-        displaced_firsts[list + 1u] = next;
-        displaced_lengths[list + 1u] = made.children;
-        displaced_nexts[list + 1u] = 0u;
+        displaced_nexts[list] = end;
     }
     barrier();
-    return list + 1u;
+    return true;
 }
 
 // All triangles of a cluster, whose rates are known.
@@ -356,33 +353,35 @@ void displaced_walk_triangles(unit_reference unit, clast_displaced_cluster clust
     barrier();
     uint list = 0u;
     uvec2 held = uvec2(0u, 0u); // the lists that were made last, by where they lie
+    uint made = 0u;             // below `list`, where that has been written over: the list up to which they are there again
     while (walk.count.triangles <= DISPLACED_ITEM_TRIANGLES) {
-        uint next = displaced_nexts[list];
-        uint end = displaced_lengths[list];
-        if (next == end) {
-            if (list == 0u) {
-                break;
+        if (made == list) {
+            if (displaced_nexts[list] == displaced_lengths[list]) {
+                if (list == 0u) {
+                    break;
+                }
+                list--;
+                bool whole = list == 0u || ((list & 1u) == 0u ? held[0] : held[1]) == list || displaced_nexts[list] == displaced_lengths[list];
+                made = whole ? list : 0u;
+                continue;
             }
-            list--;
-            bool whole = list == 0u || held[list & 1u] == list || displaced_nexts[list] == displaced_lengths[list];
-            if (!whole) {
-                displaced_remake(unit, cluster, list);
-                held[list & 1u] = list;
-                held[1u - (list & 1u)] = list - 1u;
+            if (displaced_pack_rest(unit, cluster, walk, list)) {
+                continue;
             }
-            continue;
         }
-        bool splits = next + lane < end && !displaced_is_leaf(displaced_part_at(unit, cluster, list, next + lane));
-        if (displaced_lowest(splits) == GROUP_SIZE) {
-            displaced_pack(unit, cluster, walk, list, next, end - next);
-            if (lane == 0u) {
-                displaced_nexts[list] = end;
-            }
-            barrier();
-        } else {
-            list = displaced_descend(unit, cluster, list, next, end);
-            held[list & 1u] = list;
+        uint first = made == list ? displaced_nexts[made] : displaced_firsts[made + 1u];
+        displaced_expansion next = displaced_expand(unit, cluster, made, first, displaced_lengths[made]);
+        bool descends = made == list;
+        if (descends && lane == 0u) {
+            displaced_nexts[list] = first + next.parts;
+            displaced_firsts[list + 1u] = first;
+            displaced_lengths[list + 1u] = next.children;
+            displaced_nexts[list + 1u] = 0u;
         }
+        barrier();
+        made++;
+        list = descends ? made : list;
+        held = (made & 1u) == 0u ? uvec2(made, held[1]) : uvec2(held[0], made);
     }
     displaced_close(walk);
 }

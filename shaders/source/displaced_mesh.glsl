@@ -13,7 +13,6 @@ ARRAY_OF(displaced_triangles, clast_displaced_triangle, 8)
 ARRAY_OF(displaced_edges, clast_rate_edge, 8)
 ARRAY_OF(displaced_seams, clast_displaced_seam, 4)
 ARRAY_OF(displaced_vertices, clast_displaced_vertex, 16)
-ARRAY_OF(displaced_normals, clast_displaced_normal_part, 8)
 ARRAY_OF(displaced_gradients, clast_displaced_gradient, 8)
 ARRAY_OF(displaced_maps, clast_displaced_map, 8)
 ARRAY_OF(displaced_patterns, clast_pattern, 4)
@@ -72,54 +71,15 @@ FN uint displaced_weight(clast_weights at, uint corner)
 
 // ----------------------------------------------------------------------------------------------------------- vertices
 
-FN vec3 displaced_posed_vertex_normal(unit_reference unit, uint vertex)
-{
-    return stable_normalize3(mesh_value3(mesh_normals(unit), vertex, 3u));
-}
-
-FN vec3 displaced_posed_triangle_normal(unit_reference unit, uint triangle)
-{
-    uvec3 corners = mesh_corners(unit, triangle);
-    uint64_t positions = mesh_positions(unit);
-    return displaced_triangle_normal(mesh_value3(positions, corners[0], 3u), mesh_value3(positions, corners[1], 3u),
-                                     mesh_value3(positions, corners[2], 3u));
-}
-
-// clast_displaced_normal() of what a pose moves.
-FN vec3 displaced_posed_normal(unit_reference unit, uint number)
-{
-    displaced_vertices vertices = displaced_vertices(array_of(unit, DISPLACED_ARRAY_VERTICES));
-    displaced_normals parts = displaced_normals(array_of(unit, DISPLACED_ARRAY_NORMALS));
-    bool by_vertex = array_of(unit, MESH_ARRAY_NORMALS) != 0ul;
-    uint first = vertices.at[number].first_normal;
-    uint end = vertices.at[number + 1u].first_normal;
-    vec3 sum = splat3(0.0f);
-    for (uint i = first; i < end; i++) {
-        clast_displaced_normal_part part = parts.at[i];
-        vec3 normal = by_vertex ? displaced_posed_vertex_normal(unit, part.number)
-                                : displaced_posed_triangle_normal(unit, part.number);
-        sum += normal * part.weight;
-    }
-    return first == end ? displaced_posed_vertex_normal(unit, vertices.at[number].mesh_vertex) : stable_normalize3(sum);
-}
-
 uint displaced_vertex_number(unit_reference unit, clast_displaced_cluster cluster, uint vertex)
 {
     return uints(array_of(unit, DISPLACED_ARRAY_VERTEX_NUMBERS)).at[cluster.first_vertex + vertex];
 }
 
-// A vertex of the welded mesh, with the position and the normal that a pose gives it.
+// A vertex of the welded mesh, with the position and the normal that a pose gives it: where there is one, the array is another.
 clast_displaced_vertex displaced_vertex_at(unit_reference unit, uint number)
 {
-    clast_displaced_vertex vertex = displaced_vertices(array_of(unit, DISPLACED_ARRAY_VERTICES)).at[number];
-    if (displaced_is_posed(unit)) {
-        uint64_t positions = load_address(unit.of.positions);
-        if (positions != 0ul) {
-            vertex.position = store3(mesh_value3(positions, vertex.mesh_vertex, 3u));
-        }
-        vertex.normal = store3(displaced_posed_normal(unit, number));
-    }
-    return vertex;
+    return displaced_vertices(array_of(unit, DISPLACED_ARRAY_VERTICES)).at[number];
 }
 
 // ---------------------------------------------------------------------------------------------------------------- maps
@@ -209,20 +169,19 @@ struct displaced_face
     float shortest_squares[3];
 };
 
-displaced_face displaced_face_of(unit_reference unit, clast_displaced_cluster cluster, uint number)
+displaced_face displaced_face_from(unit_reference unit, clast_displaced_cluster cluster, uint number,
+                                   clast_displaced_vertex vertices[3])
 {
     displaced_face face;
     face.triangle = displaced_triangle_of(unit, cluster, number);
     face.plain = displaced_is_plain(face.triangle);
+    face.map = vertices[0].map;
     [[unroll]] for (uint k = 0u; k < 3u; k++) {
-        uint vertex_number = displaced_vertex_number(unit, cluster, displaced_corner(face.triangle, k));
-        clast_displaced_vertex vertex = displaced_vertex_at(unit, vertex_number);
-        face.positions[k] = load3(vertex.position);
-        face.normals[k] = load3(vertex.normal);
-        face.coordinates[k] = load2(vertex.coordinates);
-        face.map = k == 0u ? vertex.map : face.map;
-        face.density_squares[k] = vertex.density_square;
-        face.shortest_squares[k] = vertex.shortest_square;
+        face.positions[k] = load3(vertices[k].position);
+        face.normals[k] = load3(vertices[k].normal);
+        face.coordinates[k] = load2(vertices[k].coordinates);
+        face.density_squares[k] = vertices[k].density_square;
+        face.shortest_squares[k] = vertices[k].shortest_square;
     }
     if (!face.plain) {
         uint mesh_triangle = uints(array_of(unit, DISPLACED_ARRAY_MESH_TRIANGLES)).at[cluster.first_triangle + number];
@@ -236,6 +195,16 @@ displaced_face displaced_face_of(unit_reference unit, clast_displaced_cluster cl
         }
     }
     return face;
+}
+
+displaced_face displaced_face_of(unit_reference unit, clast_displaced_cluster cluster, uint number)
+{
+    clast_displaced_triangle triangle = displaced_triangle_of(unit, cluster, number);
+    clast_displaced_vertex vertices[3];
+    [[unroll]] for (uint k = 0u; k < 3u; k++) {
+        vertices[k] = displaced_vertex_at(unit, displaced_vertex_number(unit, cluster, displaced_corner(triangle, k)));
+    }
+    return displaced_face_from(unit, cluster, number, vertices);
 }
 
 FN vec3 displaced_base(displaced_face face, clast_weights at, bool curved)
@@ -254,31 +223,59 @@ FN vec2 displaced_face_coordinates(displaced_face face, clast_weights at)
     return blend2(face.coordinates[0], face.coordinates[1], face.coordinates[2], at);
 }
 
-FN vec2 displaced_seam_coordinates(clast_displaced_seam seam, bool along, uint first, uint second)
+// What displaces points of an edge of a triangle, or of the triangle.
+struct displaced_place_site
 {
-    vec2 a = load2(seam.coordinates[0]);
-    vec2 b = load2(seam.coordinates[1]);
-    return along ? displaced_seam_blend(a, b, first, second) : displaced_seam_blend(b, a, first, second);
+    uint map;
+    bool has_seam;
+    uint first, second; // corners of the triangle between which it runs
+    vec2 ends[2];       // coordinates at them
+};
+
+// Of the edge `place` - WEIGHTS_EDGE or, for WEIGHTS_INSIDE, of the triangle.
+displaced_place_site displaced_site_in(unit_reference unit, clast_displaced_cluster cluster, displaced_face face, uint place)
+{
+    displaced_place_site site;
+    site.map = face.map;
+    site.has_seam = false;
+    site.first = 0u;
+    site.second = 0u;
+    site.ends[0] = splat2(0.0f);
+    site.ends[1] = splat2(0.0f);
+    if (!face.plain && place < WEIGHTS_INSIDE) {
+        uint edge = place - WEIGHTS_EDGE;
+        uint number = displaced_seam_of(displaced_edge_at(unit, cluster, displaced_edge_of(face.triangle, edge)));
+        if (number != DISPLACED_NO_SEAM) {
+            clast_displaced_seam seam =
+                displaced_seams(array_of(unit, DISPLACED_ARRAY_SEAMS)).at[cluster.first_seam + number];
+            bool along = displaced_goes_along(face.triangle, edge);
+            site.map = seam.map;
+            site.has_seam = true;
+            site.first = edge;
+            site.second = edge == 2u ? 0u : edge + 1u;
+            site.ends[0] = along ? load2(seam.coordinates[0]) : load2(seam.coordinates[1]);
+            site.ends[1] = along ? load2(seam.coordinates[1]) : load2(seam.coordinates[0]);
+        }
+    }
+    return site;
 }
 
-// A point's, as part of the edge `place` - WEIGHTS_EDGE or, for WEIGHTS_INSIDE, of the triangle.
+FN vec2 displaced_coordinates_in(displaced_face face, displaced_place_site site, clast_weights at)
+{
+    vec2 blended = displaced_face_coordinates(face, at);
+    vec2 between = displaced_seam_blend(site.ends[0], site.ends[1], displaced_weight(at, site.first),
+                                        displaced_weight(at, site.second));
+    return site.has_seam ? between : blended;
+}
+
+// A point's, as part of a place.
 displaced_site displaced_site_within(unit_reference unit, clast_displaced_cluster cluster, displaced_face face,
                                      clast_weights at, uint place)
 {
+    displaced_place_site in_place = displaced_site_in(unit, cluster, face, place);
     displaced_site site;
-    site.map = face.map;
-    site.coordinates = displaced_face_coordinates(face, at);
-    if (!face.plain && place < WEIGHTS_INSIDE) {
-        uint edge = place - WEIGHTS_EDGE;
-        uint seam = displaced_seam_of(displaced_edge_at(unit, cluster, displaced_edge_of(face.triangle, edge)));
-        if (seam != DISPLACED_NO_SEAM) {
-            clast_displaced_seam of = displaced_seams(array_of(unit, DISPLACED_ARRAY_SEAMS)).at[cluster.first_seam + seam];
-            site.map = of.map;
-            site.coordinates = displaced_seam_coordinates(of, displaced_goes_along(face.triangle, edge),
-                                                          displaced_weight(at, edge),
-                                                          displaced_weight(at, edge == 2u ? 0u : edge + 1u));
-        }
-    }
+    site.map = in_place.map;
+    site.coordinates = displaced_coordinates_in(face, in_place, at);
     return site;
 }
 

@@ -74,16 +74,6 @@ float displaced_leaf_corner_level(displaced_leaf leaf, uint corner)
     return corner == 0u ? leaf.levels[0] : corner == 1u ? leaf.levels[1] : leaf.levels[2];
 }
 
-// Weights of a leaf's corners as weights of the base triangle's.
-clast_weights displaced_leaf_weights(displaced_leaf leaf, clast_weights own)
-{
-    clast_weights within = weights_within(leaf.corners[0], leaf.corners[1], leaf.corners[2], own);
-    [[unroll]] for (uint k = 0u; k < 3u; k++) {
-        within.of[k] = displaced_leaf_is_split(leaf.word) ? within.of[k] : own.of[k];
-    }
-    return within;
-}
-
 // Which leaf of a record has a triangle.
 uint displaced_find_leaf(uint64_t words, uint leaf_count, uint triangle)
 {

@@ -150,75 +150,26 @@ FN uint displaced_point_level(displaced_face face, vec3 base, clast_weights at)
     return displaced_vertex_level(base, displaced_density(face, at), displaced_shortest(face, at));
 }
 
+// `measured`: how it is seen matters, not the level alone.
 displaced_look displaced_look_at(unit_reference unit, clast_displaced_cluster cluster, displaced_face face, clast_weights at,
-                                 uint place)
+                                 uint place, bool measured)
 {
     vec3 base = displaced_base(face, at, displaced_is_curved(unit));
-    vec3 normal = displaced_face_normal(face, at);
-    displaced_site site = displaced_site_within(unit, cluster, face, at, place);
-    site.coordinates = displaced_alone(site.coordinates);
     displaced_look look;
     look.steps = displaced_point_level(face, base, at);
-    vec3 moved = displaced_moved(unit, site, base, normal, displaced_level(look.steps));
-    look.point = rate_point(displaced_view, moved, normal);
+    if (measured) {
+        vec3 normal = displaced_face_normal(face, at);
+        displaced_site site = displaced_site_within(unit, cluster, face, at, place);
+        site.coordinates = displaced_alone(site.coordinates);
+        vec3 moved = displaced_moved(unit, site, base, normal, displaced_level(look.steps));
+        look.point = rate_point(displaced_view, moved, normal);
+    }
     return look;
 }
 
 clast_weights displaced_part_weights(displaced_part part, clast_weights within)
 {
     return weights_within(weights_of(part.corners[0]), weights_of(part.corners[1]), weights_of(part.corners[2]), within);
-}
-
-// Whether the points of a triangle's split are sites: their edges are measured between them.
-bool displaced_measures_points(displaced_face face)
-{
-    return face.plain && displaced_view.metric != CLAST_METRIC_FIXED;
-}
-
-// A point of the batch.
-void displaced_make_point(unit_reference unit, clast_displaced_cluster cluster, uint list, uint first, uint count, uint number)
-{
-    uint at_part = displaced_part_with(number, count, 16u);
-    uint vertex = number - displaced_batch_before(at_part, 16u);
-    displaced_part part = displaced_part_at(unit, cluster, list, first + at_part);
-    uint use = displaced_batch_use[at_part];
-    uint rotation = use >> 9u & 3u;
-    clast_pattern pattern = displaced_pattern_at(unit, use & 511u);
-    clast_weights within = pattern_unrotate(weights_of(displaced_pattern_vertex(unit, pattern, vertex)), rotation);
-    clast_weights at = displaced_part_weights(part, within);
-    displaced_face face = displaced_face_of(unit, cluster, part.triangle);
-    uint steps;
-    if (displaced_measures_points(face)) {
-        displaced_look look = displaced_look_at(unit, cluster, face, at, WEIGHTS_INSIDE);
-        displaced_put_site(number, look.point);
-        steps = look.steps;
-    } else {
-        steps = displaced_point_level(face, displaced_base(face, at, displaced_is_curved(unit)), at);
-    }
-    uint corner = (vertex + rotation) % 3u;
-    uint kept = corner == 0u ? part.levels[0] : corner == 1u ? part.levels[1] : part.levels[2];
-    displaced_point_weights[number] = weights_word(at);
-    displaced_point_levels[number] = vertex < 3u ? kept : steps;
-}
-
-// The segments of an edge between two points of the batch, of which the first has the lower number.
-uint displaced_measure(unit_reference unit, clast_displaced_cluster cluster, uint triangle, uint first, uint second)
-{
-    clast_weights a = weights_of(displaced_point_weights[first]);
-    clast_weights b = weights_of(displaced_point_weights[second]);
-    uint apart = weights_apart(a, b);
-    if (displaced_view.metric == CLAST_METRIC_FIXED) {
-        return edge_factor(edge_wanted_fixed(displaced_view, apart), apart);
-    }
-    displaced_face face = displaced_face_of(unit, cluster, triangle);
-    // where owners differ, an edge is measured by what its triangle or its seam has, all along
-    uint place = face.plain ? WEIGHTS_INSIDE : displaced_place_between(a, b);
-    clast_rate_point from = face.plain ? displaced_get_site(first)
-                                       : displaced_look_at(unit, cluster, face, a, place).point;
-    clast_rate_point to = face.plain ? displaced_get_site(second)
-                                     : displaced_look_at(unit, cluster, face, b, place).point;
-    displaced_look middle = displaced_look_at(unit, cluster, face, weights_of_middle(a, b), place);
-    return edge_factor(edge_wanted(displaced_view, from, middle.point, to), apart);
 }
 
 // ------------------------------------------------------------------------------------------------------------- splits
@@ -228,31 +179,132 @@ uint displaced_split_factors(displaced_part part)
     return pattern_factors(edge_splits(part.factors[0]), edge_splits(part.factors[1]), edge_splits(part.factors[2]));
 }
 
-// A child's edge: its segments.
-void displaced_make_edge(unit_reference unit, clast_displaced_cluster cluster, uint list, uint first, uint count, uint side)
+// Something of a batch that has to be looked at.
+struct displaced_task
 {
-    uint child = side / 3u;
-    uint k = side % 3u;
-    uint at_part = displaced_part_with(child, count, 0u);
-    displaced_part part = displaced_part_at(unit, cluster, list, first + at_part);
-    uint use = displaced_batch_use[at_part];
-    if (use == 0u) {
-        displaced_put_factor(list + 1u, child, k, k == 0u ? part.factors[0] : k == 1u ? part.factors[1] : part.factors[2]);
+    bool is_edge;
+    uint to;             // number of the point, or 3 * child + edge
+    uint triangle;
+    clast_weights at;    // of the point, or of the middle of the edge
+    uint first, second;  // points that are the edge's ends
+    uint kept;           // of a point: the level, where it is a corner of its part; else CLAST_NONE
+};
+
+displaced_task displaced_point_task(unit_reference unit, displaced_part part, uint use, uint vertex, uint number)
+{
+    displaced_task task;
+    task.is_edge = false;
+    task.to = number;
+    task.triangle = part.triangle;
+    uint rotation = use >> 9u & 3u;
+    clast_pattern pattern = displaced_pattern_at(unit, use & 511u);
+    clast_weights within = pattern_unrotate(weights_of(displaced_pattern_vertex(unit, pattern, vertex)), rotation);
+    task.at = displaced_part_weights(part, within);
+    uint corner = (vertex + rotation) % 3u;
+    task.kept = vertex >= 3u ? CLAST_NONE : corner == 0u ? part.levels[0] : corner == 1u ? part.levels[1] : part.levels[2];
+    task.first = 0u;
+    task.second = 0u;
+    return task;
+}
+
+uint displaced_part_factor(displaced_part part, uint edge)
+{
+    return edge == 0u ? part.factors[0] : edge == 1u ? part.factors[1] : part.factors[2];
+}
+
+// Looks at what a task names, and keeps what it comes to: a point's level and what it is like in the view, or an edge's segments.
+void displaced_do(unit_reference unit, clast_displaced_cluster cluster, uint list, displaced_task task)
+{
+    displaced_face face = displaced_face_of(unit, cluster, task.triangle);
+    bool fixed_count = displaced_view.metric == CLAST_METRIC_FIXED;
+    uint place = WEIGHTS_INSIDE;
+    clast_weights a = weights_of(displaced_point_weights[task.first]);
+    clast_weights b = weights_of(displaced_point_weights[task.second]);
+    // the ends are known already where one owner has them
+    clast_rate_point from = displaced_get_site(task.first);
+    clast_rate_point to = displaced_get_site(task.second);
+    uint look_number = 2u;
+    if (task.is_edge && !face.plain) {
+        // else an edge is measured by what its triangle or its seam has, all along
+        place = displaced_place_between(a, b);
+        look_number = 0u;
+    }
+    displaced_look look;
+    [[dont_unroll]] for (; look_number < 3u; look_number++) {
+        clast_weights at = task.at;
+        [[unroll]] for (uint k = 0u; k < 3u; k++) {
+            at.of[k] = look_number == 0u ? a.of[k] : look_number == 1u ? b.of[k] : at.of[k];
+        }
+        bool measured = task.is_edge || (face.plain && !fixed_count);
+        look = displaced_look_at(unit, cluster, face, at, place, measured);
+        if (look_number == 0u) {
+            from = look.point;
+        } else if (look_number == 1u) {
+            to = look.point;
+        }
+    }
+    if (task.is_edge) {
+        uint factor = edge_factor(edge_wanted(displaced_view, from, look.point, to), weights_apart(a, b));
+        displaced_put_factor(list + 1u, task.to / 3u, task.to % 3u, factor);
         return;
     }
-    clast_pattern pattern = displaced_pattern_at(unit, use & 511u);
-    uint word = displaced_pattern_triangle(unit, pattern, child - displaced_batch_before(at_part, 0u));
-    uint a = word >> 8u * k & 255u;
-    uint b = word >> 8u * ((k + 1u) % 3u) & 255u;
-    uint factor;
-    if (a < 3u && b < 3u) { // corner a to the next one
-        uint edge = (a + (use >> 9u & 3u)) % 3u;
-        factor = edge == 0u ? part.factors[0] : edge == 1u ? part.factors[1] : part.factors[2];
-    } else {
-        uint points = displaced_batch_before(at_part, 16u);
-        factor = displaced_measure(unit, cluster, part.triangle, points + min_uint(a, b), points + max_uint(a, b));
+    if (face.plain && !fixed_count) {
+        displaced_put_site(task.to, look.point);
     }
-    displaced_put_factor(list + 1u, child, k, factor);
+    displaced_point_weights[task.to] = weights_word(task.at);
+    displaced_point_levels[task.to] = task.kept != CLAST_NONE ? task.kept : look.steps;
+}
+
+// What is known of a child's edge without a look: 0, or its segments.
+uint displaced_known_factor(displaced_part part, uint use, uint a, uint b, uint k, uint first, uint second)
+{
+    if (use == 0u) {
+        return displaced_part_factor(part, k);
+    }
+    if (a < 3u && b < 3u) { // corner a to the next one
+        return displaced_part_factor(part, (a + (use >> 9u & 3u)) % 3u);
+    }
+    if (displaced_view.metric != CLAST_METRIC_FIXED) {
+        return 0u;
+    }
+    uint apart = weights_apart(weights_of(displaced_point_weights[first]), weights_of(displaced_point_weights[second]));
+    return edge_factor(edge_wanted_fixed(displaced_view, apart), apart);
+}
+
+// A point of the batch or, of the second phase, the edge of a child.
+void displaced_make(unit_reference unit, clast_displaced_cluster cluster, uint list, uint first, uint count, bool edges,
+                    uint number)
+{
+    uint shift = edges ? 0u : 16u;
+    uint child = edges ? number / 3u : number;
+    uint at_part = displaced_part_with(child, count, shift);
+    displaced_part part = displaced_part_at(unit, cluster, list, first + at_part);
+    uint use = displaced_batch_use[at_part];
+    uint within = child - displaced_batch_before(at_part, shift);
+    displaced_task task;
+    if (edges) {
+        uint k = number % 3u;
+        uint word = use == 0u ? 0u : displaced_pattern_triangle(unit, displaced_pattern_at(unit, use & 511u), within);
+        uint a = word >> 8u * k & 255u;
+        uint b = word >> 8u * ((k + 1u) % 3u) & 255u;
+        uint points = displaced_batch_before(at_part, 16u);
+        task.is_edge = true;
+        task.to = number;
+        task.triangle = part.triangle;
+        task.first = points + min_uint(a, b);
+        task.second = points + max_uint(a, b);
+        task.kept = CLAST_NONE;
+        uint known = displaced_known_factor(part, use, a, b, k, task.first, task.second);
+        if (known != 0u) {
+            displaced_put_factor(list + 1u, child, k, known);
+            return;
+        }
+        task.at = weights_of_middle(weights_of(displaced_point_weights[task.first]),
+                                    weights_of(displaced_point_weights[task.second]));
+    } else {
+        task = displaced_point_task(unit, part, use, within, number);
+    }
+    displaced_do(unit, cluster, list, task);
 }
 
 // The rest of a child.
@@ -308,12 +360,12 @@ displaced_expansion displaced_expand(unit_reference unit, clast_displaced_cluste
     barrier();
     uint last = displaced_batch[result.parts - 1u];
     result.children = last & 65535u;
-    for (uint i = lane; i < last >> 16u; i += GROUP_SIZE) {
-        displaced_make_point(unit, cluster, list, first, result.parts, i);
-    }
-    barrier();
-    for (uint i = lane; i < 3u * result.children; i += GROUP_SIZE) {
-        displaced_make_edge(unit, cluster, list, first, result.parts, i);
+    [[dont_unroll]] for (uint phase = 0u; phase < 2u; phase++) {
+        uint tasks = phase == 0u ? last >> 16u : 3u * result.children;
+        for (uint i = lane; i < tasks; i += GROUP_SIZE) {
+            displaced_make(unit, cluster, list, first, result.parts, phase == 1u, i);
+        }
+        barrier();
     }
     for (uint i = lane; i < result.children; i += GROUP_SIZE) {
         displaced_make_child(unit, cluster, list, first, result.parts, i);

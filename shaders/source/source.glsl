@@ -28,6 +28,12 @@
 //   void source_corners(unit_reference unit, clast_cluster_record record, uint64_t words)
 //       Of composites: writes cluster_corners[], and ends with a barrier. With SOURCE_COMPOSITES only.
 //
+// And of a single invocation, for kinds that have a posed array (clast_source.posed_array), which say so by
+// SOURCE_HAS_POSED_ARRAY, within #ifdef SOURCE_POSES:
+//
+//   void source_pose(unit_reference unit, uint number, uint64_t to)
+//       Writes an element of the array that stands in its place while the pose lasts.
+//
 // A kernel says which of them it calls before it includes the kind's file, so that no others take shared memory:
 // SOURCE_COUNTS for source_count and source_emit, SOURCE_FILLS for source_fill and source_corners. The latter follows the
 // former for the same record.

@@ -226,6 +226,7 @@ static clast_status list_normals(displaced_cook *cook, const float *angles, uint
         sum += counts[i] >= least ? counts[i] : 0;
     }
     unit->vertices[unit->vertex_count].first_normal = (uint32_t)sum;
+    unit->vertices[unit->vertex_count].mesh_vertex = CLAST_NONE;
     unit->normal_count = sum;
     unit->normals = clast_allocate(cook->context, sum, sizeof *unit->normals);
     if (unit->normals == NULL) {

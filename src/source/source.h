@@ -142,6 +142,9 @@ typedef struct clast_source {
     const clast_height *(*height)(const clast_unit *unit, uint32_t number);
     // What the twin must know of a pose beside its arrays and displacement_scale; null for nothing.
     packed4 (*moment)(const clast_unit *unit, const clast_pose *pose);
+    // Which of the arrays the twin makes anew, as many elements of `posed_bytes` as it has, where a pose has positions or normals
+    // (source_pose); 0: none.
+    uint32_t posed_array, posed_bytes;
 
     // What an item emits at view->rate; `vertices` are those that fill writes, not resident ones. The rate
     // CLAST_RATE_LEAST gives the least that is still whole (every factor 1), whatever the rest of the view and the

@@ -293,18 +293,47 @@ static pose_bytes pose_bytes_of(const clast_frame_unit *unit)
                         unit->pose.tangents != NULL ? count * sizeof(packed4) : 0};
 }
 
+// The push constants of shaders/source/pose.source.comp.
+typedef struct pose_push {
+    uint64_t unit, to;
+    uint32_t count;
+} pose_push;
+
+// What a kind makes of a pose, which takes the place of one of its arrays. Behind it lies the unit as it is without.
+static void make_posed_array(clast_gpu_commands *commands, const mirrored_unit *mirrored, const clast_source *source,
+                             uint64_t offset, const clast_device_unit *record)
+{
+    uint64_t bytes = mirrored->arrays[source->posed_array].bytes, unit_at = offset + round_up(bytes);
+    clast_gpu_write(commands, &mirrored->pose, unit_at, record, sizeof *record);
+    clast_gpu_barrier(commands);
+    pose_push push = {mirrored->pose.address + unit_at, mirrored->pose.address + offset,
+                      (uint32_t)(bytes / source->posed_bytes)};
+    // kernels of all kinds follow each other
+    clast_shader shader = (clast_shader)((uint32_t)CLAST_SHADER_SOURCE_POSE_CLUSTERS + record->kind);
+    clast_gpu_run(commands, &(clast_gpu_call){.shader = shader,
+                                              .push = &push,
+                                              .push_bytes = sizeof push,
+                                              .groups = ((uint64_t)push.count + SOURCE_GROUP - 1) / SOURCE_GROUP});
+}
+
 static clast_status upload_pose(clast_mirror *mirror, clast_gpu_commands *commands, mirrored_unit *mirrored,
                                 const clast_frame_unit *unit, clast_device_unit *record)
 {
+    const clast_source *source = clast_source_of(unit->unit);
     pose_bytes bytes = pose_bytes_of(unit);
     uint64_t normals = round_up(bytes.positions), tangents = normals + round_up(bytes.normals);
-    uint64_t all = tangents + round_up(bytes.tangents);
+    uint64_t posed = tangents + round_up(bytes.tangents), all = posed;
+    bool has_posed = source->posed_array != 0 && bytes.positions + bytes.normals != 0;
+    if (has_posed) {
+        all += round_up(mirrored->arrays[source->posed_array].bytes) + sizeof *record;
+    }
     if (all == 0) {
         clast_gpu_free(mirror->gpu, &mirrored->pose);
         mirrored->pose_shape = 0;
         return CLAST_OK;
     }
-    if (mirrored->pose.bytes < all || mirrored->pose_shape != unit->pose.shape) {
+    bool anew = mirrored->pose.bytes < all || mirrored->pose_shape != unit->pose.shape;
+    if (anew) {
         mirrored->pose_shape = 0;
         clast_status status = clast_gpu_reserve(mirror->gpu, CLAST_GPU_DEVICE, all, "posed vertices", &mirrored->pose);
         if (status != CLAST_OK) {
@@ -319,6 +348,12 @@ static clast_status upload_pose(clast_mirror *mirror, clast_gpu_commands *comman
     record->positions = store_address(bytes.positions != 0 ? address : 0);
     record->normals = store_address(bytes.normals != 0 ? address + normals : 0);
     record->tangents = store_address(bytes.tangents != 0 ? address + tangents : 0);
+    if (has_posed && anew) {
+        make_posed_array(commands, mirrored, source, posed, record);
+    }
+    if (has_posed) {
+        record->arrays[source->posed_array] = store_address(address + posed);
+    }
     return CLAST_OK;
 }
 
@@ -364,6 +399,7 @@ clast_status clast_mirror_unit(clast_mirror *mirror, clast_gpu_commands *command
         .moment = source->moment != NULL ? source->moment(unit->unit, &unit->pose) : (packed4){{0.0f}},
     };
     if (status == CLAST_OK) {
+        describe_arrays(mirror, mirrored, record);
         status = upload_pose(mirror, commands, mirrored, unit, record);
     }
     if (status != CLAST_OK) {
@@ -371,7 +407,6 @@ clast_status clast_mirror_unit(clast_mirror *mirror, clast_gpu_commands *command
         return status;
     }
     mirrored->seen = true;
-    describe_arrays(mirror, mirrored, record);
     return CLAST_OK;
 }
 
