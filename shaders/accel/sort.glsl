@@ -8,9 +8,6 @@ layout(constant_id = 0) const uint KEY_WORDS = 1u;
 
 const uint DIGIT_BITS = 8u;
 const uint DIGITS = 256u; // as many as invocations
-const uint ITEMS = 8u;    // for each invocation
-const uint TILE_BITS = 11u;
-const uint TILE = GROUP_SIZE * ITEMS;
 
 // vulkan/sort.c hands these over.
 layout(push_constant, scalar) uniform clast_sort_push {

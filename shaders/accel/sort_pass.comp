@@ -11,12 +11,17 @@
 // 1: subgroups are 32 wide or wider, so that a row is within one.
 layout(constant_id = 1) const uint ROWS_TOGETHER = 0u;
 
+// For each invocation, up to 8: fewer where rows wait by barriers, of which drivers that are programs make much code.
+layout(constant_id = 2) const uint ITEMS = 8u;
+
+const uint TILE = GROUP_SIZE * ITEMS;
+const uint TILE_MOST = GROUP_SIZE * 8u;
 const uint ROW = 32u;
 const uint ROWS = GROUP_SIZE / ROW;
 const uint ROW_COUNTS = ROWS * DIGITS; // where they begin in `room`
 
 // While ranking: for each row and digit who has it, then how many there were. Later a tile's keys, then its values.
-shared uint room[2u * TILE];
+shared uint room[2u * TILE_MOST];
 shared uint bases[DIGITS];  // where the chunk's next key of each digit goes
 shared uint shifts[DIGITS]; // from a place in the tile to where that goes
 
@@ -46,8 +51,8 @@ void find_bases(uint chunk, uint lane)
 
 void clear_rows(uint lane)
 {
-    [[unroll]] for (uint i = 0u; i < 2u * ITEMS; i++) {
-        room[i * GROUP_SIZE + lane] = 0u;
+    for (uint i = lane; i < 2u * ROW_COUNTS; i += GROUP_SIZE) {
+        room[i] = 0u;
     }
 }
 

@@ -8,6 +8,7 @@
 ARRAY_OF(tree_jobs, clast_tree_job, 4)
 ARRAY_OF(tree_works, clast_tree_work, 4)
 
+#ifndef TREE_PUSH // the kernel has its own
 // vulkan/trees.c hands these over. What a kernel does not need is not there.
 layout(push_constant, scalar) uniform clast_tree_push {
     uint64_t jobs;
@@ -18,14 +19,11 @@ layout(push_constant, scalar) uniform clast_tree_push {
     uint64_t slots;  // of tree_pairs.comp: two numbers for each item
     uint64_t ranges; // of tree_pairs.comp: where the range ends that waits at an item; 0xffffffff: none does
     uint64_t queue;  // of tree_widen.comp: a count, one unused, then two numbers each
-    uint64_t boxes;  // of tree_stored.comp: gets a box of each work group
-    uint64_t boxes_before; // those of the phase before
     uint job_count;
     uint item_count;  // of all jobs
     uint group_count;
-    uint phase;       // of tree_stored.comp and tree_widen.comp
+    uint phase;       // of tree_widen.comp
     uint code_bits;   // of a key: those below are the place, those above the job
-    uint only_deep;   // of tree_stored.comp: jobs whose other tree is too deep
 }
 push;
 
@@ -44,20 +42,7 @@ uint job_of_item(uint item)
     return low;
 }
 
-// Likewise of a phase's work group.
-uint job_of_group(uint group, uint phase)
-{
-    uint low = 0u, high = push.job_count;
-    while (low + 1u < high) {
-        uint middle = (low + high) >> 1u;
-        if (tree_jobs(push.jobs).at[middle].first_groups[phase] <= group) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
+#endif
 
 clast_box load_item_box(uint64_t boxes_address, uint item)
 {

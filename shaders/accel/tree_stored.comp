@@ -6,9 +6,25 @@
 #define GROUP_SIZE 256u
 #include "gpu.glsl"
 #include "accel/node.glsl"
+#define TREE_PUSH
 #include "accel/tree_jobs.glsl"
 
 layout(local_size_x = 256) in;
+
+// vulkan/trees.c hands these over.
+layout(push_constant, scalar) uniform clast_stored_push {
+    uint64_t jobs;
+    uint64_t work;         // clast_tree_work of each job
+    uint64_t order;        // numbers of items, counted through all jobs; 0: as they are stored
+    uint64_t boxes;        // gets the box of each work group
+    uint64_t boxes_before; // those of the phase before
+    uint job_count;
+    uint group_count;
+    uint phase;
+    uint only_deep;      // only jobs whose other tree is too deep
+    clast_tree_job only; // the job, where there is one
+}
+push;
 
 const uint BOTTOM_NODES = TREE_PHASE_ITEMS / TREE_CHILDREN; // of a group
 
@@ -24,6 +40,21 @@ uint level_first(uint items, uint level)
         first += level_nodes(items, above);
     }
     return first;
+}
+
+// The last job that begins at or before a work group of this phase.
+uint job_of_group(uint group)
+{
+    uint low = 0u, high = push.job_count;
+    while (low + 1u < high) {
+        uint middle = (low + high) >> 1u;
+        if (tree_jobs(push.jobs).at[middle].first_groups[push.phase] <= group) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
 }
 
 struct phase_job {
@@ -61,42 +92,55 @@ uint64_t node_address(phase_job job, uint level, uint number)
     return there ? job.nodes + NODE_BYTES * (level_first(job.count, level) + number) : 0ul;
 }
 
+// Steps 0 and 1 are the level of the inputs, half of its nodes each; 2 and 3 are the levels above.
+struct step_node {
+    uint level, number; // the node that a team writes
+    bool own;           // it is one of the group's
+    uint below;         // where the nodes of the level below begin
+};
+
+step_node node_of_step(phase_job job, uint group, uint step_number, uint team)
+{
+    uint bottom = 3u * push.phase + 1u;
+    step_node result;
+    result.level = bottom + max(step_number, 1u) - 1u;
+    result.number = step_number < 2u   ? group * BOTTOM_NODES + step_number * TEAMS + team
+                    : step_number == 2u ? group * TREE_CHILDREN + team
+                                        : group;
+    result.own = step_number < 2u || (step_number == 2u ? team < TREE_CHILDREN : team == 0u);
+    result.below = level_first(job.count, result.level - 1u);
+    return result;
+}
+
 void build_levels(phase_job job, uint group)
 {
-    uint lane = team_lane(), team = lane / TEAM, place = lane % TEAM, level = 3u * push.phase + 1u;
-    for (uint round = 0u; round < BOTTOM_NODES; round += TEAMS) {
-        uint local = round + team, number = group * BOTTOM_NODES + local;
-        team_child child = load_input(job, number * TEAM + place);
-        clast_box box = write_node(child, node_address(job, level, number));
-        if (place == 0u) {
-            bottom_boxes[local] = box;
+    uint lane = team_lane(), team = lane / TEAM, place = lane % TEAM, bottom = 3u * push.phase + 1u;
+    uint steps = level_nodes(job.count, bottom) <= 1u ? 1u : level_nodes(job.count, bottom + 1u) <= 1u ? 3u : 4u;
+    clast_box box;
+    [[dont_unroll]] for (uint i = 0u; i < steps; i++) {
+        step_node node = node_of_step(job, group, i, team);
+        uint from = node.number * TEAM + place;
+        team_child child;
+        if (i < 2u) {
+            child = load_input(job, from);
+        } else {
+            uint local = node.own ? team * TEAM + place : 0u;
+            child.box = i == 2u ? bottom_boxes[local] : middle_boxes[place];
+            child.child = node.below + from;
+            child.there = node.own && from < level_nodes(job.count, node.level - 1u);
         }
-    }
-    barrier();
-    clast_box top = bottom_boxes[0];
-    if (level_nodes(job.count, level) > 1u) {
-        uint below = level_first(job.count, level), nodes = level_nodes(job.count, level);
-        uint number = group * TREE_CHILDREN + team, from = number * TEAM + place;
-        bool own = team < TREE_CHILDREN;
-        team_child child = team_child(bottom_boxes[own ? team * TEAM + place : 0u], below + from, own && from < nodes);
-        clast_box box = write_node(child, own ? node_address(job, level + 1u, number) : 0ul);
-        if (own && place == 0u) {
+        box = write_node(child, node.own ? node_address(job, node.level, node.number) : 0ul);
+        if (place == 0u && i < 2u) {
+            bottom_boxes[i * TEAMS + team] = box;
+        } else if (place == 0u && i == 2u && node.own) {
             middle_boxes[team] = box;
         }
         barrier();
-        top = middle_boxes[0];
-        if (level_nodes(job.count, level + 1u) > 1u) {
-            below = level_first(job.count, level + 1u);
-            nodes = level_nodes(job.count, level + 1u);
-            from = group * TEAM + place;
-            child = team_child(middle_boxes[place], below + from, team == 0u && from < nodes);
-            box = write_node(child, team == 0u ? node_address(job, level + 2u, group) : 0ul);
-            top = box; // of the first team
-        }
     }
-    if (lane == 0u) {
+    if (lane == 0u) { // the first team's is the top
+        clast_box top = steps == 1u ? bottom_boxes[0] : box;
         boxes(push.boxes).at[linear_group()] = top;
-        bool is_root = level_nodes(job.count, level + 2u) <= 1u;
+        bool is_root = level_nodes(job.count, bottom + 2u) <= 1u;
         if (is_root && job.bounds != 0ul) {
             boxes(job.bounds).at[0] = top;
         }
@@ -109,19 +153,23 @@ void main()
     if (group >= push.group_count) {
         return;
     }
-    uint number = job_of_group(group, push.phase);
-    tree_jobs jobs = tree_jobs(push.jobs);
+    uint number = 0u;
+    clast_tree_job own = push.only;
+    if (push.job_count > 1u) {
+        number = job_of_group(group);
+        own = tree_jobs(push.jobs).at[number];
+    }
     if (push.only_deep != 0u && tree_works(push.work).at[number].is_deep == 0u) {
         return;
     }
     phase_job job;
-    job.boxes = load_address(jobs.at[number].boxes);
-    job.items = load_address(jobs.at[number].items);
-    job.nodes = load_address(jobs.at[number].nodes);
-    job.bounds = load_address(jobs.at[number].bounds);
-    job.count = jobs.at[number].count;
-    job.first = jobs.at[number].first;
+    job.boxes = load_address(own.boxes);
+    job.items = load_address(own.items);
+    job.nodes = load_address(own.nodes);
+    job.bounds = load_address(own.bounds);
+    job.count = own.count;
+    job.first = own.first;
     job.inputs = level_nodes(job.count, 3u * push.phase);
-    job.first_input = push.phase > 0u ? jobs.at[number].first_groups[push.phase - 1u] : 0u;
-    build_levels(job, group - jobs.at[number].first_groups[push.phase]);
+    job.first_input = push.phase > 0u ? own.first_groups[push.phase - 1u] : 0u;
+    build_levels(job, group - own.first_groups[push.phase]);
 }

@@ -4,8 +4,10 @@
 
 enum {
     DIGIT_BITS = 8,
-    TILE_BITS = 11, // a group sorts so many keys at once, as a power of two
-    ROW = 32,       // keys that are ranked together
+    CHUNK_BITS = 11, // a chunk has so many keys at least, as a power of two
+    ROW = 32,        // keys that are ranked together
+    ITEMS = 8,       // keys of an invocation
+    ITEMS_APART = 2, // where rows are no subgroups
 };
 #define COUNT_MOST (UINT64_C(1) << 31)
 
@@ -19,10 +21,11 @@ static void run(clast_gpu_commands *commands, clast_shader shader, const sort_pu
 {
     const clast_gpu_features *features = clast_gpu_features_of(clast_gpu_of(commands));
     bool can_ask = features->subgroup_control && features->subgroup_least <= ROW && features->subgroup_most >= ROW;
+    bool together = can_ask || features->subgroup_least >= ROW;
     clast_gpu_barrier(commands);
     clast_gpu_run(commands, &(clast_gpu_call){.shader = shader,
-                                              .constants = {wide ? 2 : 1, can_ask || features->subgroup_least >= ROW},
-                                              .constant_count = 2,
+                                              .constants = {wide ? 2 : 1, together, together ? ITEMS : ITEMS_APART},
+                                              .constant_count = shader == CLAST_SHADER_ACCEL_SORT_PASS ? 3 : 1,
                                               .push = push,
                                               .push_bytes = sizeof *push,
                                               .groups = push->chunks,
@@ -46,7 +49,7 @@ bool clast_gpu_sort(clast_gpu_commands *commands, const clast_gpu_sort_desc *des
                       .counts = desc->scratch,
                       .count = (uint32_t)desc->count,
                       .digits = (desc->bits + DIGIT_BITS - 1) / DIGIT_BITS,
-                      .chunk_bits = TILE_BITS,
+                      .chunk_bits = CHUNK_BITS,
                       .numbered = desc->numbered};
     while ((desc->count - 1) >> push.chunk_bits >= CLAST_GPU_SORT_CHUNKS) {
         push.chunk_bits++;

@@ -22,16 +22,23 @@ enum {
 
 // The push constants of shaders/accel/tree_jobs.glsl.
 typedef struct tree_push {
-    uint64_t jobs, work, keys, order, pairs, slots, ranges, queue, boxes, boxes_before;
-    uint32_t job_count, item_count, group_count, phase, code_bits, only_deep;
+    uint64_t jobs, work, keys, order, pairs, slots, ranges, queue;
+    uint32_t job_count, item_count, group_count, phase, code_bits;
 } tree_push;
 _Static_assert(sizeof(tree_push) <= CLAST_GPU_PUSH_BYTES, "push constants");
 
+// Those of shaders/accel/tree_stored.comp.
+typedef struct stored_push {
+    uint64_t jobs, work, order, boxes, boxes_before;
+    uint32_t job_count, group_count, phase, only_deep;
+    clast_tree_job only;
+} stored_push;
+_Static_assert(sizeof(stored_push) <= CLAST_GPU_PUSH_BYTES, "push constants");
+
 struct clast_gpu_trees {
     clast_gpu *gpu;
-    clast_tree_job *jobs, *uploaded; // of this build; what is in `job_buffer`
-    size_t job_capacity, uploaded_capacity;
-    uint32_t uploaded_count;
+    clast_tree_job *jobs; // of this build
+    size_t job_capacity;
     clast_gpu_buffer job_buffer, work;
 };
 
@@ -43,6 +50,7 @@ typedef struct build {
     uint64_t items;
     uint32_t groups[TREE_PHASES]; // of each phase in stored order
     tree_push push;
+    stored_push stored;
     clast_gpu_sort_desc sort;
 } build;
 
@@ -63,7 +71,6 @@ void clast_gpu_trees_destroy(clast_gpu_trees *trees)
         clast_gpu_free(trees->gpu, &trees->job_buffer);
         clast_gpu_free(trees->gpu, &trees->work);
         clast_free(context, trees->jobs);
-        clast_free(context, trees->uploaded);
         clast_free(context, trees);
     }
 }
@@ -112,24 +119,14 @@ static clast_status make_jobs(build *b, const clast_gpu_tree *list)
     return CLAST_OK;
 }
 
-// What is there already is not written again.
 static clast_status upload_jobs(build *b)
 {
     clast_gpu_trees *trees = b->trees;
     uint64_t bytes = b->job_count * sizeof *trees->jobs;
-    if (b->job_count == trees->uploaded_count && memcmp(trees->jobs, trees->uploaded, bytes) == 0) {
-        return CLAST_OK;
-    }
-    trees->uploaded_count = 0;
     clast_status status = clast_gpu_reserve(trees->gpu, CLAST_GPU_DEVICE, bytes, "tree jobs", &trees->job_buffer);
-    if (status == CLAST_OK) {
-        status = CLAST_RESERVE(clast_gpu_context(trees->gpu), trees->uploaded, trees->uploaded_capacity, b->job_count);
-    }
     if (status == CLAST_OK) {
         clast_gpu_write(b->commands, &trees->job_buffer, 0, trees->jobs, bytes);
         clast_gpu_barrier(b->commands);
-        memcpy(trees->uploaded, trees->jobs, bytes);
-        trees->uploaded_count = b->job_count;
     }
     return status;
 }
@@ -148,7 +145,7 @@ static uint64_t take_all(build *b, clast_gpu_tree_order order, uint64_t base)
 {
     uint64_t used = 0, items = b->items;
     uint64_t groups = (uint64_t)b->groups[0] + b->groups[1] + b->groups[2];
-    b->push.boxes = take(base, &used, groups * sizeof(clast_box));
+    b->stored.boxes = take(base, &used, groups * sizeof(clast_box));
     if (order == CLAST_GPU_TREE_SORTED) {
         uint64_t key_bytes = (b->sort.wide ? sizeof(uint64_t) : sizeof(uint32_t)) * items;
         b->push.work = take(base, &used, b->job_count * sizeof(clast_tree_work));
@@ -199,16 +196,29 @@ static uint32_t groups_for(uint64_t work, uint32_t each)
     return (uint32_t)((work + each - 1) / each);
 }
 
-static void build_stored(build *b)
+// Over the order of a sort where `only_deep`: trees whose other tree is too deep for rays.
+static void build_stored(build *b, bool only_deep)
 {
+    b->stored.jobs = b->push.jobs;
+    b->stored.work = b->push.work;
+    b->stored.order = b->push.order;
+    b->stored.job_count = b->job_count;
+    b->stored.only_deep = only_deep;
+    b->stored.only = b->trees->jobs[0];
     for (uint32_t phase = 0; phase < TREE_PHASES && b->groups[phase] != 0; phase++) {
         if (phase != 0) {
             clast_gpu_barrier(b->commands);
-            b->push.boxes_before = b->push.boxes;
-            b->push.boxes += b->groups[phase - 1] * sizeof(clast_box);
+            b->stored.boxes_before = b->stored.boxes;
+            b->stored.boxes += b->groups[phase - 1] * sizeof(clast_box);
         }
-        b->push.phase = phase;
-        run(b, CLAST_SHADER_ACCEL_TREE_STORED, b->groups[phase], teams_together(b));
+        b->stored.phase = phase;
+        b->stored.group_count = b->groups[phase];
+        clast_gpu_run(b->commands, &(clast_gpu_call){.shader = CLAST_SHADER_ACCEL_TREE_STORED,
+                                                     .constants = {teams_together(b)},
+                                                     .constant_count = 1,
+                                                     .push = &b->stored,
+                                                     .push_bytes = sizeof b->stored,
+                                                     .groups = b->groups[phase]});
     }
 }
 
@@ -264,10 +274,8 @@ static void build_sorted(build *b)
     b->push.phase = 1;
     uint32_t groups = groups_for(items, QUEUE_SHARE);
     run(b, CLAST_SHADER_ACCEL_TREE_WIDEN, groups < QUEUE_GROUPS ? groups : QUEUE_GROUPS, teams_together(b));
-    // What would be too deep for rays is built over the same order, by eights.
     clast_gpu_barrier(b->commands);
-    b->push.only_deep = 1;
-    build_stored(b);
+    build_stored(b, true);
 }
 
 clast_status clast_gpu_trees_build(clast_gpu_trees *trees, clast_gpu_commands *commands, const clast_gpu_tree *list,
@@ -284,7 +292,7 @@ clast_status clast_gpu_trees_build(clast_gpu_trees *trees, clast_gpu_commands *c
         status = reserve_work(&b, order);
     }
     clast_gpu_barrier(commands); // earlier builds have done with the working memory
-    if (status == CLAST_OK) {
+    if (status == CLAST_OK && (count > 1 || order == CLAST_GPU_TREE_SORTED)) {
         status = upload_jobs(&b);
     }
     if (status != CLAST_OK) {
@@ -297,7 +305,7 @@ clast_status clast_gpu_trees_build(clast_gpu_trees *trees, clast_gpu_commands *c
     if (order == CLAST_GPU_TREE_SORTED) {
         build_sorted(&b);
     } else {
-        build_stored(&b);
+        build_stored(&b, false);
     }
     return CLAST_OK;
 }
