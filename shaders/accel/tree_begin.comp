@@ -22,6 +22,11 @@ void main()
         work.root = CLAST_NONE;
         work.is_deep = 0u;
         tree_works(push.work).at[i] = work;
+        uint64_t kept = load_address(tree_jobs(push.jobs).at[i].kept);
+        if (kept != 0ul) {
+            kept_head(kept).of.bottoms = 0u;
+            kept_head(kept).of.are_in_row = 0u;
+        }
     }
     if (i == 0u) {
         uints(push.queue).at[0] = 0u;

@@ -58,12 +58,18 @@ uint job_of_group(uint group)
 }
 
 struct phase_job {
-    uint64_t boxes, items, nodes, bounds;
+    uint64_t boxes, items, nodes, bounds, kept;
     uint count;  // items
     uint inputs; // of this phase: items, or nodes
     uint first;  // among all items
     uint first_input; // among the boxes of the phase before
 };
+
+// The number of the item at a place of the order.
+uint item_at(phase_job job, uint place)
+{
+    return push.order != 0ul ? uints(push.order).at[job.first + place] - job.first : place;
+}
 
 // The child that input `i` of this phase is.
 team_child load_input(phase_job job, uint i)
@@ -74,7 +80,7 @@ team_child load_input(phase_job job, uint i)
     child.box.lower = vec3(uintBitsToFloat(TREE_BEYOND_BITS));
     child.box.upper = -child.box.lower;
     if (child.there && push.phase == 0u) {
-        uint item = push.order != 0ul ? uints(push.order).at[job.first + i] - job.first : i;
+        uint item = item_at(job, i);
         child.child = item_child(job.items, item);
         child.box = load_item_box(job.boxes, item);
     } else if (child.there) {
@@ -90,6 +96,32 @@ uint64_t node_address(phase_job job, uint level, uint number)
 {
     bool there = number < level_nodes(job.count, level);
     return there ? job.nodes + NODE_BYTES * (level_first(job.count, level) + number) : 0ul;
+}
+
+// Notes what fitting the tree anew needs; `below` is what the child is told as there.
+void keep(phase_job job, uint level, uint number, uint below, clast_box box)
+{
+    uint lane = team_lane(), place = lane % TEAM;
+    if (number >= level_nodes(job.count, level)) {
+        return;
+    }
+    uint own = level_first(job.count, level) + number;
+    kept_nodes nodes = kept_nodes(kept_nodes_at(job.kept));
+    nodes.at[own].children[place] = below;
+    if (place == 0u) {
+        bool is_root = level_nodes(job.count, level) == 1u;
+        nodes.at[own].box = box;
+        nodes.at[own].parent = is_root ? CLAST_NONE : level_first(job.count, level + 1u) + number / TEAM;
+        nodes.at[own].arrivals = 0u;
+        if (level == 1u && number == 0u) {
+            clast_tree_kept head;
+            head.bottoms = level_nodes(job.count, 1u);
+            head.are_in_row = 1u;
+            head.first_bottom = own;
+            head.unused = 0u;
+            kept_head(job.kept).of = head;
+        }
+    }
 }
 
 // Steps 0 and 1 are the level of the inputs, half of its nodes each; 2 and 3 are the levels above.
@@ -130,6 +162,11 @@ void build_levels(phase_job job, uint group)
             child.there = node.own && from < level_nodes(job.count, node.level - 1u);
         }
         box = write_node(child, node.own ? node_address(job, node.level, node.number) : 0ul);
+        if (job.kept != 0ul && node.own) {
+            bool is_item = node.level == 1u && child.there;
+            uint below = is_item ? CHILD_ITEM | item_at(job, from) : child.there ? child.child : CLAST_NONE;
+            keep(job, node.level, node.number, below, box);
+        }
         if (place == 0u && i < 2u) {
             bottom_boxes[i * TEAMS + team] = box;
         } else if (place == 0u && i == 2u && node.own) {
@@ -167,6 +204,7 @@ void main()
     job.items = load_address(own.items);
     job.nodes = load_address(own.nodes);
     job.bounds = load_address(own.bounds);
+    job.kept = load_address(own.kept);
     job.count = own.count;
     job.first = own.first;
     job.inputs = level_nodes(job.count, 3u * push.phase);

@@ -27,7 +27,7 @@ shared uint queue_first;
 ARRAY_OF(tree_pairs, clast_tree_pair, 16)
 
 struct widen_job {
-    uint64_t boxes, items, nodes, bounds, pairs;
+    uint64_t boxes, items, nodes, bounds, kept, pairs;
     uint number, count;
 };
 
@@ -39,6 +39,7 @@ widen_job load_job(uint number)
     job.items = load_address(jobs.at[number].items);
     job.nodes = load_address(jobs.at[number].nodes);
     job.bounds = load_address(jobs.at[number].bounds);
+    job.kept = load_address(jobs.at[number].kept);
     job.pairs = push.pairs + 64ul * jobs.at[number].first;
     job.number = number;
     job.count = jobs.at[number].count;
@@ -92,6 +93,36 @@ team_child load_child(widen_job job, uint cluster)
 // What a pair that waits is told as.
 uint entry_of(uint number, uint level) { return number | level << DEPTH_SHIFT; }
 
+// Notes what fitting the tree anew needs. Where a node has no nodes below, fitting begins.
+void keep(widen_job job, uint number, uint below, clast_box box, bool is_root)
+{
+    uint lane = team_lane(), place = lane % TEAM;
+    bool is_node = below != CLAST_NONE && (below & CHILD_ITEM) == 0u;
+    float nodes_below = is_node ? 1.0 : 0.0;
+    for (uint mask = 1u; mask < TEAM; mask <<= 1u) {
+        nodes_below += team_xor(vec3(nodes_below), mask).x;
+    }
+    if (number == CLAST_NONE) {
+        return;
+    }
+    kept_nodes nodes = kept_nodes(kept_nodes_at(job.kept));
+    nodes.at[number].children[place] = below;
+    if (is_node) {
+        nodes.at[below].parent = number;
+    }
+    if (place == 0u) {
+        nodes.at[number].box = box;
+        nodes.at[number].arrivals = 0u;
+        if (is_root) {
+            nodes.at[number].parent = CLAST_NONE;
+        }
+        if (nodes_below == 0.0) {
+            uint at = atomicAdd(kept_head(job.kept).of.bottoms, 1u);
+            uints(kept_bottoms_at(job.kept, job.count)).at[at] = number;
+        }
+    }
+}
+
 // Makes a node of an entry of each team, where it has one, and lets its children wait.
 void widen(widen_job job, bool there, uint entry, bool is_root)
 {
@@ -100,6 +131,9 @@ void widen(widen_job job, bool there, uint entry, bool is_root)
     uint number = is_root ? 0u : entry & NUMBER_MASK;
     uint below = there ? find_child(job, cluster, place) : CLAST_NONE;
     clast_box box = write_node(load_child(job, below), there ? job.nodes + NODE_BYTES * number : 0ul);
+    if (job.kept != 0ul) {
+        keep(job, there ? number : CLAST_NONE, below, box, is_root);
+    }
     if (below != CLAST_NONE && (below & CHILD_ITEM) == 0u) {
         if (level + 1u < TREE_LEVELS) {
             waiting[atomicAdd(wait_end, 1u)] = entry_of(below, level + 1u);

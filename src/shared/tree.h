@@ -18,12 +18,31 @@ RECORD(clast_tree_job)
     packed_address items;  // what a child that is the item says; 0: the item's number
     packed_address nodes;  // clast_tree_node: room for as many as there are items, and for one
     packed_address bounds; // clast_box: gets the box around all items; 0: not wanted
+    packed_address kept;   // clast_tree_kept: gets what fitting the tree anew needs; 0: not wanted
     uint count;
     uint first; // items of the trees before
     uint first_groups[3]; // work groups of the trees before, in each phase
     uint unused;
 };
-RECORD_SIZE(clast_tree_job, 56)
+RECORD_SIZE(clast_tree_job, 64)
+
+// What is kept of a tree to fit it anew, after this head: for each number that a node may have, its children and more.
+RECORD(clast_tree_kept)
+{
+    uint bottoms;      // nodes of items only
+    uint are_in_row;   // 1: these are nodes first_bottom and the next; 0: `bottom` of the numbers tells them
+    uint first_bottom;
+    uint unused;
+};
+RECORD_SIZE(clast_tree_kept, 16)
+RECORD(clast_tree_kept_node)
+{
+    uint children[8]; // in any order: items' numbers with CHILD_ITEM, nodes, or CLAST_NONE
+    clast_box box;
+    uint parent;   // CLAST_NONE: the root
+    uint arrivals; // of children that were fitted; 0 between runs
+};
+RECORD_SIZE(clast_tree_kept_node, 64)
 
 // What is known of a tree while it is built.
 RECORD(clast_tree_work)

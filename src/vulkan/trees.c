@@ -14,7 +14,8 @@ enum {
     PAIRS_ITEMS = 32,
     QUEUE_SHARE = 64, // a group for so many items, at most QUEUE_GROUPS
     QUEUE_GROUPS = 2048,
-    CODE_BITS = 30, // of where an item is
+    REFIT_ITEMS = 48, // a group of eight teams for so many items
+    CODE_BITS = 30,   // of where an item is
     CODE_BITS_LEAST = 24,
     KEY_BITS = 32,
     ALIGNMENT = 256,
@@ -41,6 +42,13 @@ struct clast_gpu_trees {
     size_t job_capacity;
     clast_gpu_buffer job_buffer, work;
 };
+
+// Those of shaders/accel/tree_refit.comp.
+typedef struct refit_push {
+    uint64_t jobs;
+    uint32_t job_count, group_count;
+    clast_tree_job only;
+} refit_push;
 
 // A build.
 typedef struct build {
@@ -105,6 +113,7 @@ static clast_status make_jobs(build *b, const clast_gpu_tree *list)
                                 .items = store_address(list[i].items),
                                 .nodes = store_address(list[i].nodes),
                                 .bounds = store_address(list[i].bounds),
+                                .kept = store_address(list[i].kept),
                                 .count = list[i].count,
                                 .first = (uint32_t)b->items};
         for (uint32_t phase = 0; phase < TREE_PHASES; phase++) {
@@ -307,5 +316,43 @@ clast_status clast_gpu_trees_build(clast_gpu_trees *trees, clast_gpu_commands *c
     } else {
         build_stored(&b, false);
     }
+    return CLAST_OK;
+}
+
+// --------------------------------------------------------------------------------------------------------------- refit
+
+clast_status clast_gpu_trees_refit(clast_gpu_trees *trees, clast_gpu_commands *commands, const clast_gpu_tree *list,
+                                   uint32_t count)
+{
+    if (count == 0) {
+        return CLAST_OK;
+    }
+    build b = {.trees = trees, .commands = commands, .job_count = count};
+    clast_status status = make_jobs(&b, list);
+    uint32_t groups = 0;
+    for (uint32_t i = 0; status == CLAST_OK && i < count; i++) {
+        uint32_t own = groups_for(list[i].count, REFIT_ITEMS);
+        trees->jobs[i].first_groups[0] = groups;
+        trees->jobs[i].first_groups[1] = own;
+        groups += own;
+    }
+    clast_gpu_barrier(commands);
+    if (status == CLAST_OK && count > 1) {
+        status = upload_jobs(&b);
+    }
+    if (status != CLAST_OK) {
+        clast_gpu_note(commands, status);
+        return status;
+    }
+    if (groups == 0) {
+        return CLAST_OK;
+    }
+    refit_push push = {trees->job_buffer.address, count, groups, trees->jobs[0]};
+    clast_gpu_run(commands, &(clast_gpu_call){.shader = CLAST_SHADER_ACCEL_TREE_REFIT,
+                                              .constants = {teams_together(&b)},
+                                              .constant_count = 1,
+                                              .push = &push,
+                                              .push_bytes = sizeof push,
+                                              .groups = groups});
     return CLAST_OK;
 }

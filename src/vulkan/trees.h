@@ -17,6 +17,7 @@ typedef struct clast_gpu_tree {
     uint64_t items;  // 32 bits for each item, below 2^31 - 1: what children tell of it; 0: its number
     uint64_t nodes;  // gets clast_tree_node, the root first: clast_gpu_tree_bytes(count) bytes, aligned to 16
     uint64_t bounds; // gets the clast_box around all items, lower > upper where there is none; 0: not wanted
+    uint64_t kept;   // gets what fitting the tree anew needs: clast_gpu_tree_kept_bytes(count) bytes; 0: not wanted
     uint32_t count;  // with 0 items there is no root
 } clast_gpu_tree;
 
@@ -30,6 +31,12 @@ static inline uint64_t clast_gpu_tree_bytes(uint32_t count)
     return (uint64_t)(count != 0 ? count : 1) * sizeof(clast_tree_node);
 }
 
+static inline uint64_t clast_gpu_tree_kept_bytes(uint32_t count)
+{
+    return sizeof(clast_tree_kept) +
+           (uint64_t)(count != 0 ? count : 1) * (sizeof(clast_tree_kept_node) + sizeof(uint32_t));
+}
+
 // Working memory, for one build after another.
 typedef struct clast_gpu_trees clast_gpu_trees;
 
@@ -40,6 +47,10 @@ void clast_gpu_trees_destroy(clast_gpu_trees *trees);
 // barriers, before it and between its kernels; what follows needs one.
 clast_status clast_gpu_trees_build(clast_gpu_trees *trees, clast_gpu_commands *commands, const clast_gpu_tree *list,
                                    uint32_t count, clast_gpu_tree_order order);
+// Fits trees to new boxes of the same items. They were built with what is kept, and addresses may have changed since, but for
+// what is there. One kernel, with a barrier before it; what follows needs one.
+clast_status clast_gpu_trees_refit(clast_gpu_trees *trees, clast_gpu_commands *commands, const clast_gpu_tree *list,
+                                   uint32_t count);
 // Bytes of the device's memory that builds have taken for work.
 uint64_t clast_gpu_trees_bytes(const clast_gpu_trees *trees);
 

@@ -171,22 +171,28 @@ static void free_trees(test_trees *t)
     free(t->nodes);
 }
 
-static void build(test_trees *t, clast_gpu_tree_order order)
+// Then fits them to `moved`, where it is not null.
+static void build_and_fit(test_trees *t, clast_gpu_tree_order order, const clast_box *moved)
 {
     uint64_t box_bytes = t->items * sizeof *t->boxes, node_bytes = (t->items + t->count) * sizeof *t->nodes;
     uint64_t bound_bytes = t->count * sizeof *t->bounds;
-    clast_gpu_buffer boxes, refs, nodes, bounds;
+    uint64_t kept_bytes = clast_gpu_tree_kept_bytes(t->items) + t->count * 256u;
+    clast_gpu_buffer boxes, refs, nodes, bounds, kept;
+    assert_ok(device.context, clast_gpu_allocate(device.gpu, CLAST_GPU_DEVICE, kept_bytes, "kept", &kept));
     assert_ok(device.context, clast_gpu_allocate(device.gpu, CLAST_GPU_DEVICE, box_bytes, "boxes", &boxes));
     assert_ok(device.context, clast_gpu_allocate(device.gpu, CLAST_GPU_DEVICE, t->items * 4u, "items", &refs));
     assert_ok(device.context, clast_gpu_allocate(device.gpu, CLAST_GPU_DEVICE, node_bytes, "nodes", &nodes));
     assert_ok(device.context, clast_gpu_allocate(device.gpu, CLAST_GPU_DEVICE, bound_bytes, "bounds", &bounds));
     clast_gpu_tree *list = allocate(t->count, sizeof *list);
+    uint64_t kept_used = 0;
     for (uint32_t i = 0; i < t->count; i++) {
         list[i] = (clast_gpu_tree){.boxes = boxes.address + t->firsts[i] * sizeof *t->boxes,
                                    .items = refs.address + t->firsts[i] * sizeof *t->refs,
                                    .nodes = nodes.address + (t->firsts[i] + i) * sizeof *t->nodes,
                                    .bounds = bounds.address + i * sizeof *t->bounds,
+                                   .kept = moved != NULL ? kept.address + kept_used : 0,
                                    .count = t->counts[i]};
+        kept_used += (clast_gpu_tree_kept_bytes(t->counts[i]) + 15) / 16 * 16;
     }
     clast_gpu_commands *commands;
     assert_ok(device.context, clast_gpu_begin(device.gpu, &commands));
@@ -194,6 +200,11 @@ static void build(test_trees *t, clast_gpu_tree_order order)
     clast_gpu_write(commands, &refs, 0, t->refs, t->items * sizeof *t->refs);
     clast_gpu_fill(commands, &nodes, 0, node_bytes, 0xabababab);
     assert_ok(device.context, clast_gpu_trees_build(trees, commands, list, t->count, order));
+    for (int round = 0; moved != NULL && round < 2; round++) { // the second changes nothing
+        clast_gpu_barrier(commands);
+        clast_gpu_write(commands, &boxes, 0, moved, box_bytes);
+        assert_ok(device.context, clast_gpu_trees_refit(trees, commands, list, t->count));
+    }
     clast_gpu_read(commands, &nodes, 0, t->nodes, node_bytes);
     clast_gpu_read(commands, &bounds, 0, t->bounds, bound_bytes);
     assert_ok(device.context, clast_gpu_finish(commands));
@@ -201,7 +212,13 @@ static void build(test_trees *t, clast_gpu_tree_order order)
     clast_gpu_free(device.gpu, &refs);
     clast_gpu_free(device.gpu, &nodes);
     clast_gpu_free(device.gpu, &bounds);
+    clast_gpu_free(device.gpu, &kept);
     free(list);
+}
+
+static void build(test_trees *t, clast_gpu_tree_order order)
+{
+    build_and_fit(t, order, NULL);
 }
 
 // ------------------------------------------------------------------------------------------------------------ checking
@@ -385,6 +402,28 @@ static void the_same_boxes_give_the_same_nodes(void **state)
     free_trees(&b);
 }
 
+static void trees_are_fitted_to_boxes_that_moved(void **state)
+{
+    (void)state;
+    const uint32_t counts[] = {1, 0, 8, 9, 700, 20000};
+    const box_maker makers[] = {make_uniform, make_halving, make_broken};
+    for (size_t k = 0; k < 2 * sizeof makers / sizeof *makers; k++) {
+        test_trees t = make_trees(counts, 6, makers[k / 2]);
+        clast_box *moved = allocate(t.items, sizeof *moved);
+        uint64_t seed = 5;
+        for (uint32_t i = 0; i < t.items; i++) {
+            moved[i] = make_uniform(i, t.items, &seed);
+        }
+        build_and_fit(&t, (clast_gpu_tree_order)(k % 2), moved);
+        memcpy(t.boxes, moved, t.items * sizeof *moved);
+        for (uint32_t i = 0; i < t.count; i++) {
+            check_tree(&t, i);
+        }
+        free(moved);
+        free_trees(&t);
+    }
+}
+
 // The area of the nodes of the processor's tree.
 static double processor_area(const test_trees *t, clast_build how)
 {
@@ -436,6 +475,7 @@ int main(void)
         cmocka_unit_test(no_items_make_no_tree),
         cmocka_unit_test(too_many_items_are_refused),
         cmocka_unit_test(the_same_boxes_give_the_same_nodes),
+        cmocka_unit_test(trees_are_fitted_to_boxes_that_moved),
         cmocka_unit_test(trees_are_about_as_good_as_the_processors),
     };
     int failures = cmocka_run_group_tests(tests, NULL, NULL);
