@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernels over buffers of rays share (vulkan/rays.h): trace_closest.comp and trace_any.comp.
-//
-// Rays that go the same way are best taken one by an invocation. Of others, some end long before their neighbours: then
-// invocations that have none take the next ones of the buffer, by a ticket; how many wait for that is TRACE_REFILL. The order in
-// which rays are taken changes nothing of what they hit.
+// What the kernels over buffers of rays share (vulkan/rays.h): trace_closest.comp and trace_any.comp, which say by TRACE_ANY
+// whether any hit will do.
 layout(constant_id = 0) const uint TRACE_GROUP = 64u;
 layout(constant_id = 1) const uint TRACE_REFILL = 0u; // 0: a ray an invocation
 layout(constant_id = 2) const uint TRACE_STEPS = 4u;  // between two looks at who has no ray
@@ -25,89 +22,33 @@ push;
 uint trace_ray_number;
 #define TRACE_RAY() rays(push.from).at[trace_ray_number]
 
-#include "accel/trace.glsl"
+#include "accel/trace_loop.glsl"
 
-void begin_ray(uint number, bool any)
+uint trace_count() { return push.count; }
+uint64_t trace_ticket() { return push.ticket; }
+
+void begin_ray(uint number)
 {
     trace_ray_number = number;
-    begin_trace(push.scene, rays(push.from).at[number], any);
+    begin_trace(push.scene, rays(push.from).at[number], TRACE_ANY);
 }
 
-// A node, and pairs of triangles that follow from it.
-void step_ray()
+void store_ray()
 {
-    if (!has_leaves()) {
-        step_node();
-    }
-    for (uint i = 0u; has_leaves() && trace.more && (TRACE_PAIRS == 0u || i < TRACE_PAIRS); i++) {
-        step_pair();
-    }
-}
-
-void store_ray(bool any)
-{
-    if (any) {
+    if (TRACE_ANY) {
         uints(push.to).at[trace_ray_number] = trace_found() ? 1u : 0u;
-    } else {
+    } else if (TRACE_REFILL == 0u) {
         hits(push.to).at[trace_ray_number] = traced_hit();
-    }
-}
-
-void trace_one(bool any)
-{
-    uint number = linear_group() * TRACE_GROUP + gl_LocalInvocationIndex;
-    if (number >= push.count) {
-        return;
-    }
-    begin_ray(number, any);
-    while (trace.more) {
-        step_ray();
-    }
-    store_ray(any);
-}
-
-// Whichever of a subgroup's invocations are together here share tickets: what they do depends on no other.
-void trace_many(bool any)
-{
-    bool alive = false, exhausted = false;
-    while (true) {
-        uvec4 idle = subgroupBallot(!alive && !exhausted);
-        uint count = subgroupBallotBitCount(idle);
-        if (count >= min(TRACE_REFILL, gl_SubgroupSize) || !subgroupAny(alive)) {
-            uint first = 0u;
-            if (subgroupElect()) {
-                first = count != 0u ? atomicAdd(uints(push.ticket).at[0], count) : 0u;
-            }
-            first = subgroupBroadcastFirst(first);
-            uint number = first + subgroupBallotExclusiveBitCount(idle);
-            if (!alive && !exhausted) {
-                exhausted = number >= push.count;
-                alive = !exhausted;
-                if (alive) {
-                    begin_ray(number, any);
-                }
-            }
-        }
-        if (!subgroupAny(alive)) {
-            break;
-        }
-        for (uint i = 0u; i < TRACE_STEPS; i++) {
-            if (alive && trace.more) {
-                step_ray();
-            }
-            if (alive && !trace.more) {
-                store_ray(any);
-                alive = false;
-            }
-        }
-    }
-}
-
-void trace_all(bool any)
-{
-    if (TRACE_REFILL == 0u) {
-        trace_one(any);
     } else {
-        trace_many(any);
+        // Few invocations end at a time: what is costly is left to trace_finish.comp.
+        clast_hit found;
+        found.t = trace.t;
+        found.barycentrics = store2(vec2(0.0));
+        found.normal = store3(vec3(0.0));
+        found.instance = trace.best.placement;
+        found.cluster = trace.best.cluster;
+        found.triangle = trace.best.triangle;
+        found.steps = trace.steps;
+        hits(push.to).at[trace_ray_number] = found;
     }
 }

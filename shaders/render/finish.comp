@@ -3,6 +3,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "render/paths.glsl"
+layout(local_size_x = 128) in;
 
 layout(constant_id = 1) const uint FIREFLIES = CLAST_FIREFLIES_KEPT;
 

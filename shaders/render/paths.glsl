@@ -3,17 +3,16 @@
 #ifndef CLAST_RENDER_PATHS_GLSL
 #define CLAST_RENDER_PATHS_GLSL
 
-#include "gpu.glsl"
 #include "shared/device_paths.h"
+#include "source/source.glsl"
 
 #define VIEW_ENTRY(name, value, text, channels, is_float, help) const uint name = value;
 CLAST_VIEW_LIST(VIEW_ENTRY)
 
-#define GROUP_SIZE 128u // PATH_GROUP
-layout(local_size_x = 128) in;
-
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer render_reference { clast_device_render of; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer queue_reference { clast_path_queue of; };
+
+const uint64_t PATH_TICKETS = 84ul; // offset of clast_path_queue.tickets
 
 // vulkan/render.c hands these over.
 layout(push_constant, scalar) uniform clast_path_push {
@@ -26,6 +25,7 @@ layout(push_constant, scalar) uniform clast_path_push {
 } push;
 
 render_reference render_of() { return render_reference(push.render); }
+frame_reference frame_of_render() { return frame_reference(load_address(render_of().of.frame)); }
 queue_reference queue_of() { return queue_reference(load_address(render_of().of.queue)); }
 
 // ------------------------------------------------------------------------------------------------------------- memory
@@ -92,6 +92,9 @@ uints paths_in(uint list, uint bounce)
     uint number = list == LIST_NEXT ? (bounce & 1u) : list + 1u;
     return uints(load_address(render_of().of.lists) + 4ul * uint64_t(number) * uint64_t(render_of().of.capacity));
 }
+
+// Where the ticket for the rays of a list is.
+uint64_t ticket_of(uint list) { return load_address(render_of().of.queue) + PATH_TICKETS + 4ul * uint64_t(list); }
 
 // ------------------------------------------------------------------------------------------------------------- pixels
 

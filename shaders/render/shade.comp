@@ -6,7 +6,9 @@
 #include "render/paths.glsl"
 #include "render/lights.glsl"
 #include "render/scatter.glsl"
+#define GROUP_SIZE 128u // PATH_GROUP
 #include "accel/group.glsl"
+layout(local_size_x = 128) in;
 
 layout(constant_id = 0) const uint INTEGRATOR = CLAST_INTEGRATOR_PATH;
 layout(constant_id = 1) const uint FIREFLIES = CLAST_FIREFLIES_KEPT;
@@ -248,7 +250,7 @@ uint step_at_surface(light_room room, uint path, uint seed, path_state state, sh
 uint step_path(uint path, clast_path_pixel pixel)
 {
     light_room room;
-    room.frame = frame_reference(load_address(render_of().of.frame));
+    room.frame = frame_of_render();
     room.materials = materials_reference(load_address(render_of().of.materials));
     room.lights = lights_reference(load_address(render_of().of.lights));
     path_state state = load_path(path);

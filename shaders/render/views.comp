@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views of how geometry is cut, from what the first sample's rays hit: the twin of src/render/views.c.
+// Views from what the first sample's rays hit, and of how geometry is cut there: the twin of src/render/passes.c's
+// keep_first_rows() and of src/render/views.c.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "render/paths.glsl"
 #include "render/surface.glsl"
+layout(local_size_x = 128) in;
 
 // Segments that the edge has over those that it would have if it were seen and no budget were short.
 float rate_of(unit_reference unit, clast_cluster_record record, clast_visibility seen, float granted)
@@ -24,18 +26,34 @@ float area_of(frame_reference frame, uint frame_instance, source_hit hit, clast_
                        transform_point(to_world, corners.b), transform_point(to_world, corners.c));
 }
 
-void main()
+void keep_hit(clast_path_pixel pixel, clast_visibility seen)
 {
-    uint path = linear_group() * PATH_GROUP + gl_LocalInvocationIndex;
-    clast_path_pixel pixel = pixel_of_path(path);
-    if (path >= push.places || !is_in_picture(pixel)) {
-        return;
+    bool found = seen.instance != CLAST_NONE;
+    if (is_wanted(CLAST_VIEW_INSTANCE)) {
+        view_pixel_bits(CLAST_VIEW_INSTANCE, pixel).at[0] = seen.instance;
     }
-    clast_visibility seen = load_hit(path);
-    if (seen.instance == CLAST_NONE) {
-        return; // as the views began: nothing
+    if (is_wanted(CLAST_VIEW_CLUSTER)) {
+        view_pixel_bits(CLAST_VIEW_CLUSTER, pixel).at[0] = found ? seen.cluster : CLAST_NONE;
     }
-    frame_reference frame = frame_reference(load_address(render_of().of.frame));
+    if (is_wanted(CLAST_VIEW_TRIANGLE)) {
+        view_pixel_bits(CLAST_VIEW_TRIANGLE, pixel).at[0] = found ? seen.triangle : CLAST_NONE;
+    }
+    if (is_wanted(CLAST_VIEW_STEPS)) {
+        view_pixel_bits(CLAST_VIEW_STEPS, pixel).at[0] = seen.steps;
+    }
+}
+
+void keep_depth(clast_path_pixel pixel, uint path, clast_visibility seen)
+{
+    vec4 direction = load_piece(PATH_DIRECTION, path);
+    clast_camera_ray ray;
+    ray.direction = store3(vec3(direction[0], direction[1], direction[2]));
+    view_pixel(CLAST_VIEW_DEPTH, 1u, pixel).at[0] = camera_depth(frame_of_render().of.camera, ray, seen.distance);
+}
+
+void keep_cut(clast_path_pixel pixel, clast_visibility seen)
+{
+    frame_reference frame = frame_of_render();
     uint frame_instance = frame_instance_of(frame, seen.instance);
     vec2 weights = load2(seen.barycentrics);
     source_hit hit = locate_hit(frame, frame_instance, seen.cluster, seen.triangle, weights);
@@ -54,5 +72,27 @@ void main()
     }
     if (is_wanted(CLAST_VIEW_AREA)) {
         view_pixel(CLAST_VIEW_AREA, 1u, pixel).at[0] = area_of(frame, frame_instance, hit, seen);
+    }
+}
+
+// Where nothing is hit, the other views stay as they began: nothing.
+void main()
+{
+    uint path = linear_group() * PATH_GROUP + gl_LocalInvocationIndex;
+    clast_path_pixel pixel = pixel_of_path(path);
+    if (path >= push.places || !is_in_picture(pixel)) {
+        return;
+    }
+    clast_visibility seen = load_hit(path);
+    keep_hit(pixel, seen);
+    if (seen.instance == CLAST_NONE) {
+        return;
+    }
+    if (is_wanted(CLAST_VIEW_DEPTH)) {
+        keep_depth(pixel, path, seen);
+    }
+    if (is_wanted(CLAST_VIEW_PRIMITIVE) || is_wanted(CLAST_VIEW_SEGMENTS) || is_wanted(CLAST_VIEW_RATE) ||
+        is_wanted(CLAST_VIEW_AREA)) {
+        keep_cut(pixel, seen);
     }
 }

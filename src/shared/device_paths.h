@@ -44,16 +44,21 @@ LIMIT(LIST_SUN, 2u, "those with a shadow ray to the sun")
 LIMIT(LISTS, 3u, "how many there are")
 LIMIT(LIST_ARRAYS, 4u, "those that go on at even steps, at odd ones; then the others")
 
+LIMIT(PATH_TRACE_GROUP, 64u, "invocations of a work group that traces rays")
+LIMIT(PATH_TRACE_RAYS, 8u, "rays for each invocation that traces those of a list, at least")
+
 // How long lists are.
 RECORD(clast_path_queue)
 {
-    uint groups[9]; // of what works on each list: three numbers a list, as indirect dispatches read them
+    uint groups[9];       // of what works on each list: three numbers a list, as indirect dispatches read them
+    uint trace_groups[9]; // likewise of what traces its rays
     uint lengths[3];
-    uint growing[3]; // of the lists that a step is making
-    uint rejected;   // samples that were not finite
-    packed_address rays; // traced beside the primary ones
+    uint tickets[3];      // of rays that are traced: the next that nobody took
+    uint growing[3];      // lengths of the lists that a step is making
+    uint rejected;        // samples that were not finite
+    packed_address rays;  // traced beside the primary ones
 };
-RECORD_SIZE(clast_path_queue, 72)
+RECORD_SIZE(clast_path_queue, 120)
 
 // A render.
 RECORD(clast_device_render)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "vulkan/frame_state.h"
+#include "vulkan/render.h"
 
 clast_status clast_vulkan_frame_create(clast_gpu *gpu, clast_vulkan_frame **result)
 {
@@ -75,6 +76,7 @@ void clast_vulkan_frame_destroy(clast_vulkan_frame *device)
     }
     clast_context *context = device->context;
     abandon(device);
+    clast_vulkan_render_destroy(device->render);
     for (size_t i = 0; i < device->unit_count; i++) {
         free_unit(device, &device->units[i]);
     }

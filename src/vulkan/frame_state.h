@@ -45,6 +45,7 @@ struct clast_vulkan_frame {
     float kept_rate;
     clast_gpu_commands *commands;       // from emit to tlas
     bool is_whole;                      // `head` tells of a frame that was made
+    struct clast_vulkan_render *render; // vulkan/render.h; null before the first render
 };
 
 // The push constants of shaders/frame/spans.glsl.

@@ -1,0 +1,597 @@
+// SPDX-License-Identifier: Apache-2.0
+// Passes trace and shade on a device: memory and tables at the first sample, then tiles of the picture one after the other.
+#include "vulkan/render.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "render/path.h"
+#include "shared/device_paths.h"
+#include "vulkan/frame_state.h"
+#include "vulkan/lights.h"
+#include "vulkan/materials.h"
+
+_Static_assert(offsetof(clast_path_queue, tickets) == 84, "PATH_TICKETS of shaders/render/paths.glsl");
+_Static_assert((int)CLAST_VIEW_COUNT_ == (int)RENDER_VIEWS, "views of clast_device_render");
+
+#define VULKAN_PASS(pass, function) [pass] = function,
+const clast_backend clast_vulkan_backend = {
+    .name = "vulkan",
+    .passes = {CLAST_FRAME_VULKAN_PASSES(VULKAN_PASS) VULKAN_PASS(CLAST_PASS_TRACE, clast_vulkan_trace)
+                   VULKAN_PASS(CLAST_PASS_SHADE, clast_vulkan_shade)},
+    .count = clast_vulkan_count_units,
+    .forget = clast_vulkan_forget,
+};
+
+// Paths under way: enough that the longest dispatches fill a device; few where a program stands in for it, so that progress is
+// told.
+enum { PATHS_ON_HARDWARE = 1 << 21, PATHS_IN_SOFTWARE = 1 << 15 };
+
+struct clast_vulkan_render {
+    clast_gpu *gpu;
+    clast_gpu_materials materials;
+    clast_gpu_lights lights;
+    clast_gpu_buffer head;  // clast_device_render
+    clast_gpu_buffer queue; // clast_path_queue
+    clast_gpu_buffer paths, direct, hits, shadows, lists;
+    clast_gpu_buffer views[CLAST_VIEW_COUNT_];
+    uint32_t capacity;  // paths under way
+    uint32_t tile_rows; // of pixels
+    uint32_t squares_across;
+};
+
+// The push constants of shaders/render/paths.glsl.
+typedef struct path_push {
+    uint64_t render;
+    uint32_t sample, bounce, first_row, places, list;
+} path_push;
+
+// The arrays of paths under way, and how many bytes of each a path takes.
+typedef struct path_memory {
+    clast_gpu_buffer *buffer;
+    uint64_t bytes;
+    const char *name;
+} path_memory;
+
+enum { PATH_BUFFERS = 5 };
+
+static void list_path_memory(clast_vulkan_render *render, bool clamps, path_memory list[PATH_BUFFERS])
+{
+    list[0] = (path_memory){&render->paths, 16 * PATH_PIECES, "paths"};
+    list[1] = (path_memory){&render->hits, 16 * HIT_PIECES, "hits of paths"};
+    list[2] = (path_memory){&render->shadows, 2 * 16 * SHADOW_PIECES, "shadow rays of paths"};
+    list[3] = (path_memory){&render->lists, 4 * LIST_ARRAYS, "lists of paths"};
+    list[4] = (path_memory){&render->direct, clamps ? 16 : 0, "direct light of paths"};
+}
+
+static void free_paths(clast_vulkan_render *render)
+{
+    path_memory list[PATH_BUFFERS];
+    list_path_memory(render, false, list);
+    for (int i = 0; i < PATH_BUFFERS; i++) {
+        clast_gpu_free(render->gpu, list[i].buffer);
+    }
+}
+
+void clast_vulkan_render_destroy(clast_vulkan_render *render)
+{
+    if (render == NULL) {
+        return;
+    }
+    free_paths(render);
+    for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
+        clast_gpu_free(render->gpu, &render->views[view]);
+    }
+    clast_gpu_free(render->gpu, &render->head);
+    clast_gpu_free(render->gpu, &render->queue);
+    clast_gpu_lights_free(&render->lights);
+    clast_gpu_materials_free(&render->materials);
+    clast_free(clast_gpu_context(render->gpu), render);
+}
+
+uint64_t clast_vulkan_render_bytes(const clast_vulkan_render *render)
+{
+    if (render == NULL) {
+        return 0;
+    }
+    uint64_t bytes = render->paths.bytes + render->direct.bytes + render->hits.bytes + render->shadows.bytes +
+                     render->lists.bytes + render->head.bytes + render->queue.bytes + render->lights.head.bytes +
+                     render->lights.tables.bytes + render->materials.records.bytes + render->materials.tables.bytes;
+    for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
+        bytes += render->views[view].bytes;
+    }
+    return bytes;
+}
+
+// -------------------------------------------------------------------------------------------------------------- memory
+
+typedef struct view_layout {
+    uint32_t channels, begins; // bits of what each number is before the first sample
+} view_layout;
+
+#define VIEW_LAYOUT(name, value, text, channels, is_float, help) [name] = {channels, is_float ? 0 : CLAST_NONE},
+static const view_layout layouts[CLAST_VIEW_COUNT_] = {CLAST_VIEW_LIST(VIEW_LAYOUT)};
+
+static uint32_t first_bits(int view)
+{
+    return view == CLAST_VIEW_DEPTH ? floatBitsToUint(INFINITY) : layouts[view].begins;
+}
+
+// Where the target has a view, and how many bytes; null where it is not wanted.
+static void *view_of(const clast_render_target *target, int view, uint64_t *bytes)
+{
+    *bytes = (uint64_t)target->width * target->height * layouts[view].channels * sizeof(float);
+    return target->sums[view] != NULL ? (void *)target->sums[view] : (void *)target->firsts[view];
+}
+
+static clast_status reserve_views(clast_vulkan_render *render, const clast_render_target *target)
+{
+    clast_status status = CLAST_OK;
+    for (int view = 0; view < CLAST_VIEW_COUNT_ && status == CLAST_OK; view++) {
+        uint64_t bytes;
+        if (view_of(target, view, &bytes) == NULL) {
+            clast_gpu_free(render->gpu, &render->views[view]);
+        } else {
+            status = clast_gpu_reserve(render->gpu, CLAST_GPU_DEVICE, bytes, "picture", &render->views[view]);
+        }
+    }
+    return status;
+}
+
+static clast_status reserve_paths_of(clast_vulkan_render *render, bool clamps, uint64_t capacity)
+{
+    path_memory list[PATH_BUFFERS];
+    list_path_memory(render, clamps, list);
+    clast_status status = CLAST_OK;
+    for (int i = 0; i < PATH_BUFFERS && status == CLAST_OK; i++) {
+        if (list[i].bytes != 0) {
+            status = clast_gpu_reserve(render->gpu, CLAST_GPU_DEVICE, list[i].bytes * capacity, list[i].name,
+                                       list[i].buffer);
+        }
+    }
+    return status;
+}
+
+// Tiles are whole rows of squares. Where memory is short, they are fewer, down to one row.
+static clast_status reserve_paths(clast_vulkan_render *render, const clast_render_target *target)
+{
+    uint32_t across = (target->width + SQUARE_SIDE - 1) / SQUARE_SIDE;
+    uint32_t down = (target->height + SQUARE_SIDE - 1) / SQUARE_SIDE, row = across * SQUARE_PIXELS;
+    bool in_software = clast_gpu_features_of(render->gpu)->is_software;
+    uint32_t rows = (in_software ? PATHS_IN_SOFTWARE : PATHS_ON_HARDWARE) / row;
+    rows = rows < 1 ? 1 : rows > down ? down : rows;
+    bool clamps = target->settings.fireflies == CLAST_FIREFLIES_CLAMPED;
+    clast_status status = reserve_paths_of(render, clamps, (uint64_t)rows * row);
+    while (status == CLAST_ERROR_OUT_OF_MEMORY && rows > 1) {
+        free_paths(render);
+        rows = rows / 2;
+        status = reserve_paths_of(render, clamps, (uint64_t)rows * row);
+    }
+    render->capacity = rows * row;
+    render->tile_rows = rows * SQUARE_SIDE;
+    render->squares_across = across;
+    return status;
+}
+
+static clast_status reserve(clast_vulkan_render *render, const clast_render_target *target)
+{
+    clast_status status = reserve_views(render, target);
+    if (status == CLAST_OK) {
+        status = clast_gpu_reserve(render->gpu, CLAST_GPU_DEVICE, sizeof(clast_device_render), "render", &render->head);
+    }
+    if (status == CLAST_OK) {
+        status = clast_gpu_reserve(render->gpu, CLAST_GPU_DEVICE, sizeof(clast_path_queue), "queue of paths",
+                                   &render->queue);
+    }
+    return status == CLAST_OK ? reserve_paths(render, target) : status;
+}
+
+// ----------------------------------------------------------------------------------------------------- the first sample
+
+static clast_device_render head_of(const clast_vulkan_render *render, const clast_frame *frame,
+                                   const clast_render_target *target)
+{
+    const clast_vulkan_frame *device = clast_vulkan_of(frame);
+    const clast_render_settings *settings = &target->settings;
+    bool clamps = settings->fireflies == CLAST_FIREFLIES_CLAMPED;
+    clast_device_render head = {
+        .frame = store_address(clast_vulkan_frame_address(device)),
+        .materials = store_address(render->materials.head.address),
+        .lights = store_address(render->lights.head.address),
+        .paths = store_address(render->paths.address),
+        .direct = store_address(clamps ? render->direct.address : 0),
+        .hits = store_address(render->hits.address),
+        .shadows = store_address(render->shadows.address),
+        .lists = store_address(render->lists.address),
+        .queue = store_address(render->queue.address),
+        .capacity = render->capacity,
+        .width = target->width,
+        .height = target->height,
+        .squares_across = render->squares_across,
+        .seed = settings->seed,
+        .bounces = settings->bounces,
+        .ao_distance = settings->ao_distance > 0.0 ? (float)settings->ao_distance : INFINITY,
+        .rate = (float)frame->settings.rate,
+    };
+    for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
+        head.views[view] = store_address(render->views[view].address);
+    }
+    return head;
+}
+
+static void write_all(clast_vulkan_render *render, clast_gpu_commands *commands, const clast_frame *frame,
+                      const clast_render_target *target)
+{
+    const clast_lights *lights = target->lights;
+    uint32_t image = lights->image != NULL ? lights->environment.image : CLAST_NONE;
+    clast_gpu_note(commands, clast_gpu_materials_update(&render->materials, commands, frame->scene, image));
+    clast_gpu_note(commands,
+                   clast_gpu_lights_update(&render->lights, commands, lights, render->materials.surroundings));
+    clast_device_render head = head_of(render, frame, target);
+    clast_gpu_write(commands, &render->head, 0, &head, sizeof head);
+    clast_gpu_fill(commands, &render->queue, 0, render->queue.bytes, 0);
+    for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
+        uint64_t bytes;
+        if (view_of(target, view, &bytes) != NULL) {
+            clast_gpu_fill(commands, &render->views[view], 0, bytes, first_bits(view));
+        }
+    }
+}
+
+static clast_status create(clast_vulkan_frame *device)
+{
+    clast_vulkan_render *render = clast_allocate_zeroed(device->context, 1, sizeof *render);
+    if (render == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    render->gpu = device->gpu;
+    render->lights.gpu = device->gpu;
+    render->materials = (clast_gpu_materials){.gpu = device->gpu, .pictures = {.gpu = device->gpu}};
+    device->render = render;
+    return CLAST_OK;
+}
+
+clast_status clast_vulkan_trace(clast_frame *frame, void *data)
+{
+    const clast_render_target *target = data;
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    if (target->sample != 0) {
+        return CLAST_OK;
+    }
+    clast_status status = device->render != NULL ? CLAST_OK : create(device);
+    if (status == CLAST_OK) {
+        status = reserve(device->render, target);
+    }
+    clast_gpu_commands *commands;
+    if (status == CLAST_OK) {
+        status = clast_gpu_begin(device->gpu, &commands);
+    }
+    if (status == CLAST_OK) {
+        clast_gpu_pass(commands, "lights");
+        clast_gpu_barrier(commands); // what was submitted before reads what is written now
+        write_all(device->render, commands, frame, target);
+        status = clast_gpu_finish(commands);
+    }
+    if (status != CLAST_OK && device->render != NULL) {
+        clast_gpu_materials_free(&device->render->materials);
+    }
+    return status;
+}
+
+// -------------------------------------------------------------------------------------------------------------- a tile
+
+// How rays are traced: the constants of shaders/render/trace.glsl.
+enum {
+    REFILL = 8,          // of rays that go any way: invocations that wait before they take the next ones
+    STEPS = 4,           // and between two looks at who waits
+    TRACE_GROUPS = 4096, // that take rays: enough to fill a large device
+    TRACE_GROUPS_SOFTWARE = 64,
+};
+
+// Rows of the picture whose paths are under way.
+typedef struct tile {
+    clast_gpu_commands *commands;
+    const clast_vulkan_render *render;
+    const clast_render_target *target;
+    path_push push;
+    uint32_t trace_groups;
+    bool filtered;  // not every surface is opaque
+    bool has_backs; // that eyes look through
+} tile;
+
+static clast_gpu_call call_of(const tile *tile, clast_shader shader)
+{
+    return (clast_gpu_call){
+        .shader = shader,
+        .constants = {(uint32_t)tile->target->settings.integrator, (uint32_t)tile->target->settings.fireflies},
+        .constant_count = 2,
+        .push = &tile->push,
+        .push_bytes = sizeof tile->push,
+    };
+}
+
+// Over all places of the tile.
+static void run_places(const tile *tile, clast_shader shader)
+{
+    clast_gpu_call call = call_of(tile, shader);
+    call.groups = (tile->push.places + PATH_GROUP - 1) / PATH_GROUP;
+    clast_gpu_run(tile->commands, &call);
+}
+
+// Over the paths of a list.
+static void run_list(const tile *tile, clast_shader shader, uint32_t list)
+{
+    clast_gpu_call call = call_of(tile, shader);
+    call.indirect = &tile->render->queue;
+    call.indirect_offset = offsetof(clast_path_queue, groups) + 12 * (uint64_t)list;
+    clast_gpu_run(tile->commands, &call);
+}
+
+// Rays that go much the same way.
+static void trace_places(const tile *tile, clast_shader shader)
+{
+    clast_gpu_call call = {
+        .shader = shader,
+        .constants = {PATH_TRACE_GROUP, 0, STEPS, 0, tile->filtered},
+        .constant_count = 5,
+        .push = &tile->push,
+        .push_bytes = sizeof tile->push,
+        .groups = (tile->push.places + PATH_TRACE_GROUP - 1) / PATH_TRACE_GROUP,
+    };
+    clast_gpu_run(tile->commands, &call);
+}
+
+// Rays that go any way.
+static void trace_list(const tile *tile, clast_shader shader, uint32_t list)
+{
+    path_push push = tile->push;
+    push.list = list;
+    clast_gpu_call call = {
+        .shader = shader,
+        .constants = {PATH_TRACE_GROUP, REFILL, STEPS, 1, tile->filtered, (uint32_t)tile->target->settings.fireflies},
+        .constant_count = 6,
+        .push = &push,
+        .push_bytes = sizeof push,
+        .indirect = &tile->render->queue,
+        .indirect_offset = offsetof(clast_path_queue, trace_groups) + 12 * (uint64_t)list,
+    };
+    clast_gpu_run(tile->commands, &call);
+}
+
+static void run_queue(const tile *tile)
+{
+    clast_gpu_call call = {.shader = CLAST_SHADER_RENDER_QUEUE,
+                           .constants = {tile->trace_groups},
+                           .constant_count = 1,
+                           .push = &tile->push,
+                           .push_bytes = sizeof tile->push,
+                           .groups = 1};
+    clast_gpu_barrier(tile->commands);
+    clast_gpu_run(tile->commands, &call);
+    clast_gpu_barrier(tile->commands);
+}
+
+// How many bounces are recorded: those of the last have nothing to do where all paths have ended before.
+static uint32_t most_bounces(const clast_render_target *target)
+{
+    switch (target->settings.integrator) {
+    case CLAST_INTEGRATOR_PATH: return target->settings.bounces;
+    case CLAST_INTEGRATOR_DIRECT: return 1;
+    default: return 0;
+    }
+}
+
+static void run_shadows(const tile *tile, uint32_t list)
+{
+    clast_gpu_pass(tile->commands, "shadow rays");
+    trace_list(tile, CLAST_SHADER_RENDER_SHADOW, list);
+}
+
+// From a bounce to the next: shadow rays and the next rays of those paths that go on. The shadow rays of a path add to it
+// one after the other.
+static void run_rays(tile *tile)
+{
+    run_queue(tile);
+    run_shadows(tile, LIST_LIGHT);
+    if (tile->target->settings.integrator != CLAST_INTEGRATOR_AO) {
+        clast_gpu_pass(tile->commands, "next rays");
+        trace_list(tile, CLAST_SHADER_RENDER_NEXT, LIST_NEXT);
+        clast_gpu_barrier(tile->commands);
+        if (tile->target->lights->has_sun) {
+            run_shadows(tile, LIST_SUN);
+            clast_gpu_barrier(tile->commands);
+        }
+    }
+    clast_gpu_barrier(tile->commands);
+}
+
+// Views that only rays of the first sample give.
+static bool wants_first_views(const clast_render_target *target)
+{
+    static const clast_view views[] = {CLAST_VIEW_DEPTH,    CLAST_VIEW_INSTANCE, CLAST_VIEW_CLUSTER,
+                                       CLAST_VIEW_TRIANGLE, CLAST_VIEW_STEPS,    CLAST_VIEW_PRIMITIVE,
+                                       CLAST_VIEW_SEGMENTS, CLAST_VIEW_RATE,     CLAST_VIEW_AREA};
+    bool wanted = false;
+    for (size_t i = 0; i < sizeof views / sizeof *views; i++) {
+        wanted = wanted || target->sums[views[i]] != NULL || target->firsts[views[i]] != NULL;
+    }
+    return wanted;
+}
+
+static void trace_primary(const tile *tile)
+{
+    clast_gpu_commands *commands = tile->commands;
+    clast_gpu_pass(commands, "primary rays");
+    trace_places(tile, CLAST_SHADER_RENDER_PRIMARY);
+    clast_gpu_barrier(commands);
+    if (tile->has_backs) {
+        trace_places(tile, CLAST_SHADER_RENDER_BACKS);
+        clast_gpu_barrier(commands);
+    }
+}
+
+static void record_tile(tile *tile)
+{
+    clast_gpu_commands *commands = tile->commands;
+    const clast_render_target *target = tile->target;
+    clast_gpu_barrier(commands); // the tile before has the same memory
+    trace_primary(tile);
+    if (target->sample == 0 && wants_first_views(target)) {
+        clast_gpu_pass(commands, "views");
+        run_places(tile, CLAST_SHADER_RENDER_VIEWS);
+    }
+    clast_gpu_pass(commands, "shade");
+    run_places(tile, CLAST_SHADER_RENDER_SHADE);
+    if (target->sums[CLAST_VIEW_COLOUR] == NULL) {
+        return;
+    }
+    uint32_t most = most_bounces(target);
+    if (target->settings.integrator == CLAST_INTEGRATOR_AO) {
+        run_rays(tile);
+    }
+    for (uint32_t bounce = 0; bounce < most; bounce++) {
+        tile->push.bounce = bounce;
+        run_rays(tile);
+        tile->push.bounce = bounce + 1;
+        clast_gpu_pass(commands, "shade");
+        run_list(tile, CLAST_SHADER_RENDER_SHADE, LIST_NEXT);
+    }
+    clast_gpu_barrier(commands);
+    clast_gpu_pass(commands, "finish");
+    run_places(tile, CLAST_SHADER_RENDER_FINISH);
+}
+
+static bool is_filtered(const clast_frame *frame)
+{
+    bool filtered = false;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        filtered = filtered || (frame->units[i].used && frame->units[i].filtered);
+    }
+    return filtered;
+}
+
+static bool has_backs(const clast_scene *scene)
+{
+    bool found = false;
+    for (size_t i = 0; i < scene->material_count; i++) {
+        found = found || scene->materials[i].record.double_sided == 0;
+    }
+    return found;
+}
+
+static clast_status submit_tile(const clast_vulkan_render *render, const clast_frame *frame,
+                                const clast_render_target *target, uint32_t row, uint64_t *ticket)
+{
+    clast_gpu_commands *commands;
+    clast_status status = clast_gpu_begin(render->gpu, &commands);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    uint32_t rows = min_uint(render->tile_rows, target->height - row);
+    uint32_t squares = (rows + SQUARE_SIDE - 1) / SQUARE_SIDE * render->squares_across;
+    bool in_software = clast_gpu_features_of(render->gpu)->is_software;
+    tile tile = {
+        .commands = commands,
+        .render = render,
+        .target = target,
+        .push = {.render = render->head.address,
+                 .sample = target->sample,
+                 .first_row = row,
+                 .places = squares * SQUARE_PIXELS},
+        .trace_groups = in_software ? TRACE_GROUPS_SOFTWARE : TRACE_GROUPS,
+        .filtered = is_filtered(frame),
+        .has_backs = has_backs(frame->scene),
+    };
+    record_tile(&tile);
+    return clast_gpu_submit(commands, ticket);
+}
+
+// ------------------------------------------------------------------------------------------------------------ a sample
+
+// Brings the sums to the target, and what was counted.
+static clast_status deliver(const clast_vulkan_render *render, clast_render_target *target)
+{
+    clast_gpu_commands *commands;
+    clast_status status = clast_gpu_begin(render->gpu, &commands);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_gpu_pass(commands, "read");
+    for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
+        uint64_t bytes;
+        void *to = view_of(target, view, &bytes);
+        if (to != NULL) {
+            clast_gpu_read(commands, &render->views[view], 0, to, bytes);
+        }
+    }
+    clast_path_queue queue;
+    clast_gpu_read(commands, &render->queue, 0, &queue, sizeof queue);
+    status = clast_gpu_finish(commands);
+    if (status == CLAST_OK) {
+        atomic_fetch_add(&target->rays, load_address(queue.rays));
+        atomic_fetch_add(&target->rejected, queue.rejected);
+    }
+    return status;
+}
+
+static double primary_milliseconds(const clast_gpu *gpu)
+{
+    clast_gpu_time times[CLAST_GPU_TIMES];
+    uint32_t count = clast_gpu_passes(gpu, times);
+    double sum = 0.0;
+    for (uint32_t i = 0; i < count; i++) {
+        sum += strcmp(times[i].pass, "primary rays") == 0 ? times[i].milliseconds : 0.0;
+    }
+    return sum;
+}
+
+// All tiles, two of them under way at a time. `*rows` of the picture are done, `*traced` is the time of primary rays.
+static clast_status run_tiles(const clast_vulkan_render *render, clast_frame *frame, const clast_render_target *target,
+                              uint32_t *rows, double *traced)
+{
+    uint64_t tiles = (target->height + render->tile_rows - 1) / render->tile_rows, ticket = 0, before = 0;
+    clast_status status = CLAST_OK;
+    uint32_t row = 0;
+    while (row < target->height && status == CLAST_OK) {
+        status = clast_progress(frame->context, "render", target->sample * tiles + row / render->tile_rows,
+                                tiles * target->settings.spp);
+        if (status == CLAST_OK) {
+            before = ticket;
+            status = submit_tile(render, frame, target, row, &ticket);
+        }
+        if (status == CLAST_OK) {
+            row += min_uint(render->tile_rows, target->height - row);
+        }
+        if (status == CLAST_OK && before != 0) {
+            status = clast_gpu_wait(render->gpu, before);
+            *traced += primary_milliseconds(render->gpu);
+        }
+    }
+    if (row != 0) {
+        clast_status waited = clast_gpu_wait(render->gpu, ticket);
+        *traced += primary_milliseconds(render->gpu);
+        status = status == CLAST_OK ? waited : status;
+    }
+    *rows = row;
+    return status;
+}
+
+clast_status clast_vulkan_shade(clast_frame *frame, void *data)
+{
+    clast_render_target *target = data;
+    clast_vulkan_render *render = clast_vulkan_of(frame)->render;
+    uint32_t rows = 0;
+    double traced = 0.0;
+    clast_status status = run_tiles(render, frame, target, &rows, &traced);
+    frame->milliseconds[CLAST_PASS_TRACE] += traced;
+    frame->milliseconds[CLAST_PASS_SHADE] -= traced; // as all of this is counted there
+    target->shaded_rows = rows;
+    target->primary_rays += (uint64_t)target->width * rows;
+    atomic_fetch_add(&target->rays, (uint64_t)target->width * rows);
+    bool ends = status == CLAST_ERROR_CANCELLED || target->sample + 1 == target->settings.spp;
+    if (ends && (status == CLAST_OK || status == CLAST_ERROR_CANCELLED)) {
+        clast_status delivered = deliver(render, target);
+        status = delivered != CLAST_OK ? delivered : status;
+    }
+    return status;
+}

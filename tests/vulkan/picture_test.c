@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole pictures of a device against those of the processor, from the same samples. What is hit is the same; radiance differs
+// by rounding, which now and then sends a path another way.
+#include "render/picture.h"
+
+#include "vulkan/render.h"
+#include "vulkan/test_device.h"
+
+static test_device device;
+
+enum { SIZE = 36, SAMPLES = 4 };
+
+static const clast_view every_view[] = {CLAST_VIEW_COLOUR,   CLAST_VIEW_ALBEDO,   CLAST_VIEW_NORMAL,
+                                        CLAST_VIEW_DEPTH,    CLAST_VIEW_UV,       CLAST_VIEW_INSTANCE,
+                                        CLAST_VIEW_CLUSTER,  CLAST_VIEW_TRIANGLE, CLAST_VIEW_PRIMITIVE,
+                                        CLAST_VIEW_SEGMENTS, CLAST_VIEW_RATE,     CLAST_VIEW_AREA};
+enum { VIEWS = sizeof every_view / sizeof every_view[0] };
+
+#define CHANNELS(name, value, text, channels, is_float, help) [name] = channels,
+static const uint32_t channels[CLAST_VIEW_COUNT_] = {CLAST_VIEW_LIST(CHANNELS)};
+#define IS_FLOAT(name, value, text, channels, is_float, help) [name] = is_float,
+static const bool are_floats[CLAST_VIEW_COUNT_] = {CLAST_VIEW_LIST(IS_FLOAT)};
+
+static bool alike(float a, float b, float tolerance)
+{
+    return a == b || fabsf(a - b) <= tolerance * (1.0f + fabsf(a) + fabsf(b));
+}
+
+// How many pixels of a view differ.
+static uint32_t differences(clast_view view, const void *a, const void *b, size_t pixels)
+{
+    uint32_t count = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        bool same = true;
+        for (uint32_t c = 0; c < channels[view]; c++) {
+            size_t place = i * channels[view] + c;
+            float x, y;
+            memcpy(&x, (const char *)a + 4 * place, sizeof x);
+            memcpy(&y, (const char *)b + 4 * place, sizeof y);
+            same = same && (memcmp(&x, &y, sizeof x) == 0 || (are_floats[view] && alike(x, y, 2e-3f)));
+        }
+        count += !same;
+    }
+    return count;
+}
+
+// The device's frame over a picture's scene.
+typedef struct twin {
+    clast_frame *frame;
+    clast_vulkan_frame *made;
+} twin;
+
+static twin twin_open(const picture *p)
+{
+    twin t = {0};
+    assert_ok(p->context, clast_frame_create(p->scene, p->cooked, &t.frame));
+    assert_ok(p->context, clast_vulkan_frame_create(device.gpu, &t.made));
+    t.frame->device = t.made;
+    t.frame->settings = p->frame->settings;
+    assert_ok(p->context, clast_frame_run(t.frame, &clast_vulkan_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL));
+    return t;
+}
+
+static void twin_close(twin *t)
+{
+    clast_vulkan_frame_destroy(t->made);
+    clast_frame_destroy(t->frame);
+}
+
+static double mean_of(const float *values, size_t count)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        sum += (double)values[i];
+    }
+    return sum / (double)count;
+}
+
+// Renders the views with both backends. One pixel in a hundred may be another: a sample of it went another way.
+static void compare_views(picture *p, twin *t, const clast_view *views, size_t count)
+{
+    size_t pixels = (size_t)p->settings.width * p->settings.height;
+    clast_render_output outputs[CLAST_VIEW_COUNT_];
+    clast_render_statistics statistics;
+    assert_ok(p->context, picture_try(p, views, count));
+    for (size_t i = 0; i < count; i++) {
+        outputs[i] = (clast_render_output){views[i], malloc(pixels * 12)};
+    }
+    assert_ok(p->context,
+              clast_render_frame(t->frame, &clast_vulkan_backend, &p->settings, outputs, count, &statistics));
+    for (size_t i = 0; i < count; i++) {
+        uint32_t differ = differences(views[i], outputs[i].pixels, p->pixels[views[i]], pixels);
+        if (differ > 0) {
+            print_message("view %d: %u of %zu pixels differ\n", (int)views[i], differ, pixels);
+        }
+        assert_true(differ <= pixels / 100);
+    }
+    double mean = mean_of(p->pixels[CLAST_VIEW_COLOUR], 3 * pixels);
+    assert_near(mean_of(outputs[0].pixels, 3 * pixels), mean, 0.01 * mean);
+    assert_int_equal(statistics.samples, p->statistics.samples);
+    assert_int_equal(statistics.primary_rays, p->statistics.primary_rays);
+    assert_near((double)statistics.rays / (double)p->statistics.rays, 1.0, 0.002);
+    for (size_t i = 0; i < count; i++) {
+        free(outputs[i].pixels);
+    }
+}
+
+static void compare(picture *p)
+{
+    picture_build(p);
+    twin t = twin_open(p);
+    compare_views(p, &t, every_view, VIEWS);
+    twin_close(&t);
+    picture_close(p);
+}
+
+// --------------------------------------------------------------------------------------------------------------- scenes
+
+static uint32_t add_material(picture *p, const clast_material_desc *desc)
+{
+    uint32_t number;
+    assert_ok(p->context, clast_scene_add_material(p->scene, desc, NULL, &number));
+    return number;
+}
+
+// A checkered texture of four channels, whose values and alpha vary.
+static uint32_t add_texture(picture *p, uint32_t seed)
+{
+    enum { SIDE = 16 };
+    uint8_t texels[SIDE * SIDE * 4];
+    for (uint32_t i = 0; i < sizeof texels; i++) {
+        uint32_t square = i / 16 + i / (SIDE * 16);
+        texels[i] = (uint8_t)(60 + hash2(square, seed + i % 4) % 190);
+    }
+    clast_image image = {SIDE, SIDE, 4, CLAST_PIXEL_UNORM8, texels};
+    uint32_t image_number, number;
+    assert_ok(p->context, clast_scene_add_image(p->scene, &image, NULL, &image_number));
+    clast_texture texture = {image_number, CLAST_WRAP_REPEAT, CLAST_WRAP_MIRROR, CLAST_FILTER_LINEAR};
+    assert_ok(p->context, clast_scene_add_texture(p->scene, &texture, &number));
+    return number;
+}
+
+// A room that is open to the front, with a lamp under its ceiling.
+static picture room(void)
+{
+    picture p = picture_open(device.context, SIZE, SAMPLES);
+    uint32_t grey = picture_material(&p, 0.7f, 0.0f, 0.9f, 0.0f);
+    picture_add_square(&p, vec3(0, -1, 0), vec3(2, 0, 0), vec3(0, 0, -2), grey);
+    picture_add_square(&p, vec3(0, 3, 0), vec3(2, 0, 0), vec3(0, 0, 2), grey);
+    picture_add_square(&p, vec3(0, 1, -2), vec3(2, 0, 0), vec3(0, 2, 0), grey);
+    picture_add_square(&p, vec3(-2, 1, 0), vec3(0, 0, -2), vec3(0, 2, 0), picture_material(&p, 0.3f, 0.0f, 0.4f, 0.0f));
+    picture_add_square(&p, vec3(0.4f, 2.9f, 0), vec3(0.5f, 0, 0), vec3(0, 0, 0.5f),
+                       picture_material(&p, 0.5f, 0.0f, 0.5f, 12.0f));
+    picture_look(&p, vec3(0, 1, 6), vec3(0, 1, 0), 0.8f);
+    return p;
+}
+
+static void add_balls(picture *p)
+{
+    clast_material_desc glass = clast_material_defaults(), coat = clast_material_defaults(), fuzz = coat, metal = coat;
+    glass.transmission = 1.0f;
+    glass.thickness = 1.0f;
+    glass.roughness = 0.2f;
+    glass.attenuation_distance = 0.7f;
+    glass.attenuation_colour[0] = 0.3f;
+    glass.attenuation_colour[1] = glass.attenuation_colour[2] = 0.9f;
+    coat.clearcoat = 1.0f;
+    coat.clearcoat_roughness = 0.1f;
+    coat.base_colour_texture.texture = add_texture(p, 1);
+    coat.normal_texture.texture = add_texture(p, 2);
+    coat.normal_scale = 0.2f;
+    fuzz.sheen_colour[0] = fuzz.sheen_colour[1] = 0.8f;
+    fuzz.sheen_roughness = 0.4f;
+    metal.metallic = 1.0f;
+    metal.roughness = 0.3f;
+    metal.anisotropy = 0.7f;
+    picture_add_sphere(p, vec3(-1.1f, -0.2f, 0.4f), 0.7f, 24, add_material(p, &glass));
+    picture_add_sphere(p, vec3(0.8f, -0.4f, 0.6f), 0.6f, 24, add_material(p, &coat));
+    picture_add_sphere(p, vec3(0.9f, 1.3f, -0.8f), 0.6f, 24, add_material(p, &fuzz));
+    picture_add_sphere(p, vec3(-0.9f, 1.6f, -0.8f), 0.6f, 24, add_material(p, &metal));
+}
+
+static void lamps_light_a_room(void **state)
+{
+    (void)state;
+    picture p = room();
+    compare(&p);
+}
+
+static void materials_scatter_alike(void **state)
+{
+    (void)state;
+    picture p = room();
+    add_balls(&p);
+    clast_environment environment = {
+        .type = CLAST_ENVIRONMENT_SKY, .sun_direction = {0.3f, 0.5f, 0.9f}, .colour = {0.3f, 0.3f, 0.3f}};
+    assert_ok(p.context, clast_scene_set_environment(p.scene, &environment));
+    compare(&p);
+}
+
+// Masked, blended and single-sided squares before a picture of light.
+static void eyes_look_through_alike(void **state)
+{
+    (void)state;
+    picture p = picture_open(device.context, SIZE, SAMPLES);
+    clast_material_desc mask = clast_material_defaults(), blend = mask, single = mask;
+    mask.alpha_mode = CLAST_ALPHA_MASK;
+    mask.alpha_cutoff = 0.6f;
+    mask.base_colour_texture.texture = blend.base_colour_texture.texture = add_texture(&p, 3);
+    blend.alpha_mode = CLAST_ALPHA_BLEND;
+    single.double_sided = false;
+    picture_add_square(&p, vec3(-0.7f, 0, 1), vec3(1, 0, 0.2f), vec3(0, 1, 0), add_material(&p, &mask));
+    picture_add_square(&p, vec3(0.7f, 0, 0.5f), vec3(1, 0, -0.2f), vec3(0, 1, 0), add_material(&p, &blend));
+    picture_add_square(&p, vec3(0, 0.5f, 2), vec3(-0.6f, 0, 0), vec3(0, 0.6f, 0), add_material(&p, &single));
+    picture_add_square(&p, vec3(0, 0, -1), vec3(3, 0, 0), vec3(0, 3, 0), picture_material(&p, 0.6f, 0, 0.8f, 0));
+    float texels[8 * 4 * 3];
+    for (uint32_t i = 0; i < sizeof texels / sizeof *texels; i++) {
+        texels[i] = 0.2f + 2.0f * unit_float(hash1(i / 3));
+    }
+    clast_image image = {8, 4, 3, CLAST_PIXEL_FLOAT, texels};
+    uint32_t number;
+    assert_ok(p.context, clast_scene_add_image(p.scene, &image, NULL, &number));
+    clast_environment environment = {.type = CLAST_ENVIRONMENT_IMAGE, .image = number, .rotation = 0.4f};
+    assert_ok(p.context, clast_scene_set_environment(p.scene, &environment));
+    picture_look(&p, vec3(0, 0, 5), vec3(0, 0, 0), 0.7f);
+    compare(&p);
+}
+
+static void waves_are_cut_alike(void **state)
+{
+    (void)state;
+    picture p = picture_open(device.context, SIZE, SAMPLES);
+    picture_surround(&p, 0.3f);
+    clast_light_desc light = {.type = CLAST_LIGHT_SPOT,
+                              .position = {1, 4, 1},
+                              .direction = {-0.1f, -1, -0.2f},
+                              .colour = {1.0f, 0.8f, 0.6f},
+                              .intensity = 40.0f,
+                              .outer_angle = 0.8f};
+    uint32_t number;
+    assert_ok(p.context, clast_scene_add_light(p.scene, &light, NULL, &number));
+    shape_add_instance(p.context, p.scene, shape_add_wave(p.context, p.scene, 4), 0, 0, 0, 1);
+    picture_look(&p, vec3(2, 3, 4), vec3(0, 0, 0), 0.9f);
+    compare(&p);
+}
+
+static void settings_mean_the_same(void **state)
+{
+    (void)state;
+    picture p = room();
+    add_balls(&p);
+    picture_surround(&p, 0.2f);
+    picture_build(&p);
+    twin t = twin_open(&p);
+    const clast_view colour = CLAST_VIEW_COLOUR;
+    for (uint32_t i = 0; i < 6; i++) {
+        p.settings.integrator = i < 3 ? (clast_integrator)(CLAST_INTEGRATOR_DIRECT + i) : CLAST_INTEGRATOR_PATH;
+        p.settings.fireflies = i < 3 ? CLAST_FIREFLIES_CLAMPED : (clast_fireflies)(i - 3);
+        p.settings.ao_distance = 1.5;
+        p.settings.bounces = i == 5 ? 1 : 3;
+        p.settings.seed = i;
+        p.settings.spp = 2;
+        compare_views(&p, &t, &colour, 1);
+    }
+    twin_close(&t);
+    picture_close(&p);
+}
+
+static void lenses_and_panoramas_see_alike(void **state)
+{
+    (void)state;
+    picture p = room();
+    picture_surround(&p, 0.5f);
+    picture_build(&p);
+    p.settings.spp = 2;
+    for (int i = 0; i < 2; i++) {
+        clast_camera *camera = &p.frame->settings.camera;
+        camera->lens_radius = i == 0 ? 0.3f : 0.0f;
+        camera->focus = 5.0f;
+        camera->projection = i == 0 ? CLAST_PROJECTION_PERSPECTIVE : CLAST_PROJECTION_PANORAMA;
+        camera->position = i == 0 ? camera->position : (packed3){{0.3f, 1.0f, 0.5f}};
+        twin t = twin_open(&p);
+        compare_views(&p, &t, every_view, 4);
+        twin_close(&t);
+    }
+    picture_close(&p);
+}
+
+// ------------------------------------------------------------------------------------------------------------ progress
+
+typedef struct stopper {
+    uint64_t calls, stop_at;
+} stopper;
+
+static bool stop_render(void *user, const char *stage, uint64_t done, uint64_t total)
+{
+    stopper *s = user;
+    (void)done;
+    (void)total;
+    return strcmp(stage, "render") != 0 || s->calls++ < s->stop_at;
+}
+
+// What was rendered until then is a picture of fewer samples.
+static void a_render_can_be_stopped(void **state)
+{
+    (void)state;
+    test_device whole = device;
+    stopper s = {.stop_at = UINT64_MAX};
+    device = (test_device){0};
+    clast_context_desc desc = {.progress = {stop_render, &s}};
+    assert_int_equal(clast_context_create(&desc, &device.context), CLAST_OK);
+    assert_ok(device.context,
+              clast_gpu_create(device.context, &(clast_gpu_desc){.software = true, .hardware = true}, &device.gpu));
+    picture p = room();
+    p.settings.spp = 1;
+    picture_render(&p);
+    twin t = twin_open(&p);
+    float pixels[SIZE * SIZE * 3];
+    clast_render_output output = {CLAST_VIEW_COLOUR, pixels};
+    clast_render_statistics statistics;
+    p.settings.spp = 8;
+    s = (stopper){.stop_at = 1};
+    assert_int_equal(clast_render_frame(t.frame, &clast_vulkan_backend, &p.settings, &output, 1, &statistics),
+                     CLAST_ERROR_CANCELLED);
+    assert_int_equal(statistics.samples, 1);
+    assert_true(differences(CLAST_VIEW_COLOUR, pixels, p.pixels[CLAST_VIEW_COLOUR], SIZE * SIZE) <= SIZE * SIZE / 100);
+    twin_close(&t);
+    picture_close(&p);
+    clast_gpu_destroy(device.gpu);
+    clast_context_destroy(device.context);
+    device = whole;
+}
+
+int main(void)
+{
+    device = test_device_open();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lamps_light_a_room),      cmocka_unit_test(materials_scatter_alike),
+        cmocka_unit_test(eyes_look_through_alike), cmocka_unit_test(waves_are_cut_alike),
+        cmocka_unit_test(settings_mean_the_same),  cmocka_unit_test(lenses_and_panoramas_see_alike),
+        cmocka_unit_test(a_render_can_be_stopped),
+    };
+    int failed = cmocka_run_group_tests_name("pictures of a device", tests, NULL, NULL);
+    return test_device_close(&device) ? failed : 1;
+}
