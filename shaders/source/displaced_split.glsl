@@ -188,7 +188,25 @@ struct displaced_task
     clast_weights at;    // of the point, or of the middle of the edge
     uint first, second;  // points that are the edge's ends
     uint kept;           // of a point: the level, where it is a corner of its part; else CLAST_NONE
+    displaced_part part; // of an edge: what it is within, and its ends as points of the pattern, weights_word()
+    uint within_first, within_second;
 };
+
+FN vec3 displaced_flat_position(displaced_face face, uint word)
+{
+    return blend3(face.positions[0], face.positions[1], face.positions[2], weights_of(word));
+}
+
+FN uint displaced_task_most(displaced_task task, displaced_face face)
+{
+    vec3 corners[3];
+    [[unroll]] for (uint k = 0u; k < 3u; k++) {
+        corners[k] = displaced_flat_position(face, task.part.corners[k]);
+    }
+    return displaced_split_most(corners, task.part.factors, weights_of(task.within_first), weights_of(task.within_second),
+                                displaced_flat_position(face, displaced_point_weights[task.first]),
+                                displaced_flat_position(face, displaced_point_weights[task.second]));
+}
 
 displaced_task displaced_point_task(unit_reference unit, displaced_part part, uint use, uint vertex, uint number)
 {
@@ -245,7 +263,7 @@ void displaced_do(unit_reference unit, clast_displaced_cluster cluster, uint lis
     }
     if (task.is_edge) {
         uint factor = edge_factor(edge_wanted(displaced_view, from, look.point, to), weights_apart(a, b));
-        displaced_put_factor(list + 1u, task.to / 3u, task.to % 3u, factor);
+        displaced_put_factor(list + 1u, task.to / 3u, task.to % 3u, min_uint(factor, displaced_task_most(task, face)));
         return;
     }
     if (face.plain && !fixed_count) {
@@ -294,6 +312,7 @@ void displaced_make(unit_reference unit, clast_displaced_cluster cluster, uint l
         task.first = points + min_uint(a, b);
         task.second = points + max_uint(a, b);
         task.kept = CLAST_NONE;
+        task.part = part;
         uint known = displaced_known_factor(part, use, a, b, k, task.first, task.second);
         if (known != 0u) {
             displaced_put_factor(list + 1u, child, k, known);
@@ -301,6 +320,9 @@ void displaced_make(unit_reference unit, clast_displaced_cluster cluster, uint l
         }
         task.at = weights_of_middle(weights_of(displaced_point_weights[task.first]),
                                     weights_of(displaced_point_weights[task.second]));
+        clast_pattern pattern = displaced_pattern_at(unit, use & 511u);
+        task.within_first = displaced_pattern_vertex(unit, pattern, min_uint(a, b));
+        task.within_second = displaced_pattern_vertex(unit, pattern, max_uint(a, b));
     } else {
         task = displaced_point_task(unit, part, use, within, number);
     }

@@ -235,6 +235,41 @@ FN uint displaced_place_between(clast_weights a, clast_weights b)
     return place;
 }
 
+// Whether a point is nearer to an edge than a quarter of one of its segments, on the triangle before it is displaced. `along` is the
+// edge, scaled to about 1, `away` the way to the point from an end of it.
+FN bool displaced_is_near(vec3 along, vec3 away, uint segments)
+{
+    vec3 area = cross3(along, away);
+    float square = dot3(along, along);
+    precise bool near_by = square > 0.5f && dot3(area, area) * squared(4.0f * to_float(segments)) <= square * square;
+    return near_by;
+}
+
+// The most segments of the edge from a to b where a part keeps the segments of another, as these are few enough for a pattern: no
+// more than a pattern has, where it lies beside that. It may ask for more, as it is measured in other places; parts between the two
+// would then be split until weights tell no points apart.
+FN uint displaced_most_beside(vec3 from, vec3 to, uint kept, vec3 a, vec3 b)
+{
+    vec3 along = to - from;
+    float scale = stable_reciprocal(within_reach(largest3(vec3(abs1(along[0]), abs1(along[1]), abs1(along[2])))));
+    bool beside = kept <= PATTERN_SEGMENTS && displaced_is_near(along * scale, (a - from) * scale, kept) &&
+                  displaced_is_near(along * scale, (b - from) * scale, kept);
+    return beside ? PATTERN_SEGMENTS : EDGE_SEGMENTS;
+}
+
+// The most segments of an edge between points of a part that is split, which are `within_a` and `within_b` of its corners. Where
+// it is part of an edge of the part, the neighbour must come to the same: that has no such bound. Points are as before they are
+// displaced, and on flat triangles.
+FN uint displaced_split_most(const vec3 corners[3], const uint factors[3], clast_weights within_a, clast_weights within_b,
+                             vec3 a, vec3 b)
+{
+    uint most = EDGE_SEGMENTS;
+    for (uint k = 0u; k < 3u; k++) {
+        most = min_uint(most, displaced_most_beside(corners[k], corners[(k + 1u) % 3u], factors[k], a, b));
+    }
+    return displaced_place_between(within_a, within_b) == WEIGHTS_INSIDE ? most : EDGE_SEGMENTS;
+}
+
 // The normal of a posed triangle, of unit length or zero.
 FN vec3 displaced_triangle_normal(vec3 a, vec3 b, vec3 c) { return stable_normalize3(cross3(b - a, c - a)); }
 

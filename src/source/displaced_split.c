@@ -265,6 +265,29 @@ static void put_weights(const split_job *job, const displaced_part *part, displa
     points->count = count + list->count;
 }
 
+static vec3 flat_position(const split_job *job, clast_weights at)
+{
+    const vec3 *p = job->face.positions;
+    return blend3(p[0], p[1], p[2], at);
+}
+
+// Bounds the segments of edges inside the part.
+static void bound_factors(const split_job *job, const displaced_part *part, displaced_pattern use,
+                          const split_points *points, const edge_list *list, uint32_t factors[EDGES_MOST])
+{
+    const uint32_t *words = job->unit->patterns->vertices + use.pattern->first_vertex;
+    const vec3 corners[3] = {flat_position(job, part->corners[0].at), flat_position(job, part->corners[1].at),
+                             flat_position(job, part->corners[2].at)};
+    for (uint32_t i = 0; i < list->count; i++) {
+        uint32_t a = list->edges[i].ends & 255, b = list->edges[i].ends >> 8;
+        if (factors[i] > PATTERN_SEGMENTS) {
+            uint32_t most = displaced_split_most(corners, part->factors, weights_of(words[a]), weights_of(words[b]),
+                                                 flat_position(job, points->at[a]), flat_position(job, points->at[b]));
+            factors[i] = min_uint(factors[i], most);
+        }
+    }
+}
+
 static void split_part(const split_job *job, const displaced_part *part, split *made)
 {
     uint32_t key = pattern_factors(edge_splits(part->factors[0]), edge_splits(part->factors[1]),
@@ -283,10 +306,14 @@ static void split_part(const split_job *job, const displaced_part *part, split *
                                 : (displaced_leaf_corner){points.at[i], points.levels[i]};
     }
     uint32_t factors[EDGES_MOST];
-    if (job->plain || job->view->metric == CLAST_METRIC_FIXED) {
+    bool fixed_count = job->view->metric == CLAST_METRIC_FIXED;
+    if (job->plain || fixed_count) {
         find_factors(job, &points, &list, factors);
     } else {
         find_factors_by_owners(job, &points, &list, factors);
+    }
+    if (!fixed_count) {
+        bound_factors(job, part, use, &points, &list, factors);
     }
     set_factors(made, factors);
 }

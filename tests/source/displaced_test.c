@@ -220,6 +220,41 @@ static void edges_are_hidden_little_by_little(void **state)
     kind_close(&world);
 }
 
+// The least that the weights of two corners of a part differ by; WEIGHT_ONE where nothing is split.
+static uint32_t narrowest_part(const kind_world *world, const clast_source_view *view)
+{
+    const displaced_unit *unit = clast_displaced_of(world->unit);
+    kind_emission all = kind_emit(world, &kind_poses[0], view);
+    uint32_t least = WEIGHT_ONE;
+    for (size_t i = 0; i < all.record_count; i++) {
+        displaced_reader reader = clast_displaced_read(unit, &all.records[i], all.words + all.records[i].first_word);
+        while (clast_displaced_next(&reader)) {
+            for (uint32_t k = 0; k < 3 && reader.leaf.split; k++) {
+                least = min_uint(least, weights_apart(reader.leaf.corners[k].at, reader.leaf.corners[(k + 1) % 3].at));
+            }
+        }
+    }
+    kind_emission_free(&all);
+    return least;
+}
+
+// An edge that has as many segments as a pattern at most keeps them. On rough ground, edges beside it may ask for more: they have
+// other middles.
+static void parts_beside_an_edge_that_is_kept_are_not_split_without_end(void **state)
+{
+    kind_world world = open_sphere(*state, 6, 4.0f, false);
+    uint32_t least = WEIGHT_ONE;
+    float segment = 27.0f;
+    for (uint32_t i = 0; i < 80; i++, segment *= 0.985f) {
+        clast_source_view view = KIND_VIEW(0, 0, 2.5f + 0.05f * (float)(i % 20), 500, 1, 0);
+        view.segment = segment;
+        least = min_uint(least, narrowest_part(&world, &view));
+    }
+    assert_true(least < WEIGHT_ONE / 8); // some are split more than once
+    assert_true(least >= WEIGHT_ONE / 512);
+    kind_close(&world);
+}
+
 static void a_bulge_between_ends_is_not_missed(void **state)
 {
     // two triangles, seen along their plane; the map rises in the middle only
@@ -496,6 +531,7 @@ int main(void)
         CONTEXT_TEST(every_metric_counts_in_its_own_unit),
         CONTEXT_TEST(what_is_not_seen_keeps_its_fraction),
         CONTEXT_TEST(edges_are_hidden_little_by_little),
+        CONTEXT_TEST(parts_beside_an_edge_that_is_kept_are_not_split_without_end),
         CONTEXT_TEST(a_bulge_between_ends_is_not_missed),
         CONTEXT_TEST(looking_closer_wants_no_more_of_what_is_not_seen),
         CONTEXT_TEST(small_leaves_fill_their_clusters),
