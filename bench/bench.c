@@ -14,9 +14,10 @@ static bool processor_time; // --cpu-time
 
 static void usage(const char *name)
 {
-    fprintf(stderr,
-            "usage: bench_%s [--json] [--quick] [--threads N] [--triangles N] [--only TEXT] [--metric TEXT] [--cpu-time]\n",
-            name);
+    fprintf(
+        stderr,
+        "usage: bench_%s [--json] [--quick] [--threads N] [--triangles N] [--only TEXT] [--metric TEXT] [--cpu-time]\n",
+        name);
     exit(2);
 }
 
@@ -142,11 +143,12 @@ static void machine_name(char *name, size_t size)
 int bench_end(bench *b)
 {
     if (b->options.json) {
-        char machine[320];
-        machine_name(machine, sizeof machine);
+        if (b->machine[0] == '\0') {
+            machine_name(b->machine, sizeof b->machine);
+        }
         printf("{\"bench\": \"%s\", \"version\": \"%d.%d.%d\", \"machine\": ", b->name, CLAST_VERSION_MAJOR,
                CLAST_VERSION_MINOR, CLAST_VERSION_PATCH);
-        print_text(machine);
+        print_text(b->machine);
         printf(", \"rows\": [");
         for (size_t i = 0; i < b->count; i++) {
             const bench_row *row = &b->rows[i];

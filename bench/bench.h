@@ -40,6 +40,7 @@ typedef struct bench_row {
 
 typedef struct bench {
     const char *name;
+    char machine[520]; // what the figures are of; empty: the processor
     bench_options options;
     bench_row *rows;
     size_t count, capacity;

@@ -49,8 +49,18 @@ static const goal goals[] = {
     {"tess", "frame_vs_subdiv", 5, 0, "the same; Embree's subdivision surface, as many triangles"},
     {"tess", "trace_vs_sah", 0.95, 0.9, "single diffuse rays; Embree's SAH tree over the same triangles"},
     {"tess", "bytes_per_triangle", 12, 18, "records, vertices, clusters and trees"},
+    {"vulkan", "ready_vs_build", 80, 80, "vertices, clusters and their tree; the driver's fastest build alone"},
+    {"vulkan", "ready_vs_update", 12, 12, "the same; the driver's update"},
+    {"vulkan", "any_order_vs_build", 30, 30,
+     "the same, the tree over clusters in any order; the driver's fastest build"},
+    {"vulkan", "primary", 1.9, 1.3, "a picture's rays; the driver's build for fast rays"},
+    {"vulkan", "diffuse", 2.6, 1.7, "a ray from each hit; the same"},
+    {"vulkan", "bytes_per_triangle", 13, 13, "all that rays need, vertices included"},
 };
-enum { GOALS = sizeof goals / sizeof goals[0] };
+enum {
+    GOALS = sizeof goals / sizeof goals[0],
+    VULKAN_TRIANGLES = 4000000, // from which on there are goals for a device: smaller work is over before it is busy
+};
 
 static bool has_text(const json_t *row, const char *member, const char *text)
 {
@@ -60,13 +70,17 @@ static bool has_text(const json_t *row, const char *member, const char *text)
 // What is in the names of workloads that have goals of their own.
 static const char *own_workload(const char *bench)
 {
-    return strcmp(bench, "tess") == 0 ? "long" : ", grids";
+    return strcmp(bench, "tess") == 0 ? "long" : strcmp(bench, "vulkan") == 0 ? "terrain, grids" : ", grids";
 }
 
 static double goal_of(const goal *g, const json_t *row)
 {
     // Embree's refit stands beside the twist, and its grids beside the bytes, for comparison only.
     if (has_text(row, "peer", "refitted")) {
+        return 0.0;
+    }
+    if (strcmp(g->bench, "vulkan") == 0 &&
+        (number_of(row, "triangles") < VULKAN_TRIANGLES || !has_text(row, "workload", ", grids"))) {
         return 0.0;
     }
     return has_text(row, "workload", own_workload(g->bench)) ? g->own : g->other;

@@ -10,6 +10,9 @@ file(MAKE_DIRECTORY ${CLAST_SHADER_FOLDER})
 file(GLOB_RECURSE shader_files CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR}/shaders
     ${CMAKE_SOURCE_DIR}/shaders/*.comp ${CMAKE_SOURCE_DIR}/shaders/*.rgen ${CMAKE_SOURCE_DIR}/shaders/*.rmiss
     ${CMAKE_SOURCE_DIR}/shaders/*.rchit ${CMAKE_SOURCE_DIR}/shaders/*.rahit)
+if(NOT CLAST_BENCH)
+    list(FILTER shader_files EXCLUDE REGEX "^bench/")
+endif()
 file(READ ${CMAKE_SOURCE_DIR}/include/clast/lists.h lists)
 string(REGEX MATCHALL "X\\(CLAST_SOURCE_[A-Z_]+, [0-9]+" source_lines "${lists}")
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/include/clast/lists.h)
