@@ -56,6 +56,14 @@ vec3 team_xor(vec3 own, uint mask)
     return team_take(vec4(own, 0.0), team_lane() ^ mask).xyz;
 }
 
+float team_xor(float own, uint mask)
+{
+    if (TEAMS_TOGETHER != 0u) {
+        return subgroupShuffleXor(own, mask);
+    }
+    return team_take(vec4(own), team_lane() ^ mask).x;
+}
+
 uint longest_axis(vec3 v) { return v.x >= v.y ? (v.x >= v.z ? 0u : 2u) : (v.y >= v.z ? 1u : 2u); }
 
 // How far centres are spread within each part of so many lanes, added up over the parts of a team. Only those of boxes count.
@@ -88,7 +96,7 @@ team_places sort_parts(team_places places, uint part)
     float key = places.centre[axis];
     uint rank = 0u;
     for (uint mask = 1u; mask < part; mask++) {
-        float other = team_xor(vec3(key), mask).x;
+        float other = team_xor(key, mask);
         bool before = other < key || (other == key && (lane ^ mask) < lane);
         rank += before ? 1u : 0u;
     }

@@ -150,8 +150,8 @@ uint load_clusters(uint lane, uint left, uint right, uint split, merge_job job)
             shared_words words = shared_words(push.pairs + 64ul * (job.first + cluster));
             uvec4 a = words.at[0], b = words.at[1], c = words.at[2], d = words.at[3];
             put_box(lane, uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz));
-            for (uint i = 0u; i < COSTS; i++) {
-                costs[i * LANES + lane] = uintBitsToFloat(i < 4u ? c[i] : d[i - 4u]);
+            [[unroll]] for (uint i = 0u; i < COSTS; i++) {
+                costs[i * LANES + lane] = uintBitsToFloat(i < 4u ? c[i & 3u] : d[i & 3u]);
             }
         }
         for (uint i = 0u; is_item && i < COSTS; i++) {
@@ -194,7 +194,7 @@ struct pair_costs {
 pair_costs find_costs(uint left, uint right, float area)
 {
     float a[COSTS], b[COSTS];
-    for (uint i = 0u; i < COSTS; i++) {
+    [[unroll]] for (uint i = 0u; i < COSTS; i++) {
         a[i] = costs[i * LANES + left];
         b[i] = costs[i * LANES + right];
     }
@@ -255,7 +255,7 @@ uint join_nearest(uint lane, uint count, merge_job job)
         write_pair(job, number, cluster, clusters[other], lower, upper, cost);
         cluster = number;
     } else {
-        for (uint i = 0u; i < COSTS; i++) {
+        [[unroll]] for (uint i = 0u; i < COSTS; i++) {
             cost.of[i] = costs[i * LANES + lane];
         }
     }
@@ -266,7 +266,7 @@ uint join_nearest(uint lane, uint count, merge_job job)
         put_box(to, lower, upper);
         clusters[to] = cluster;
         stands[to] = stand;
-        for (uint i = 0u; i < COSTS; i++) {
+        [[unroll]] for (uint i = 0u; i < COSTS; i++) {
             costs[i * LANES + to] = cost.of[i];
         }
     }

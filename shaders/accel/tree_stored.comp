@@ -149,7 +149,8 @@ void build_levels(phase_job job, uint group)
     uint lane = team_lane(), team = lane / TEAM, place = lane % TEAM, bottom = 3u * push.phase + 1u;
     uint steps = level_nodes(job.count, bottom) <= 1u ? 1u : level_nodes(job.count, bottom + 1u) <= 1u ? 3u : 4u;
     clast_box box;
-    [[dont_unroll]] for (uint i = 0u; i < steps; i++) {
+    bool is_half = group * BOTTOM_NODES + TEAMS >= level_nodes(job.count, bottom); // nothing to do in step 1
+    [[dont_unroll]] for (uint i = 0u; i < steps; i += i == 0u && is_half ? 2u : 1u) {
         step_node node = node_of_step(job, group, i, team);
         uint from = node.number * TEAM + place;
         team_child child;

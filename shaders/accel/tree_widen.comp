@@ -100,7 +100,7 @@ void keep(widen_job job, uint number, uint below, clast_box box, bool is_root)
     bool is_node = below != CLAST_NONE && (below & CHILD_ITEM) == 0u;
     float nodes_below = is_node ? 1.0 : 0.0;
     for (uint mask = 1u; mask < TEAM; mask <<= 1u) {
-        nodes_below += team_xor(vec3(nodes_below), mask).x;
+        nodes_below += team_xor(nodes_below, mask);
     }
     if (number == CLAST_NONE) {
         return;

@@ -66,6 +66,13 @@ static clast_box make_halving(uint32_t i, uint32_t count, uint64_t *seed)
     return box_around(ldexpf(1.0f, -(int)(i % 120)), 0.0f, 0.0f, 0.0f);
 }
 
+// The same in small steps, most of them too small for codes: each joins the one that is nearer to the end, one by one.
+static clast_box make_chain(uint32_t i, uint32_t count, uint64_t *seed)
+{
+    (void)seed;
+    return box_around(exp2f(-110.0f * (float)i / (float)count), 0.0f, 0.0f, 0.0f);
+}
+
 static clast_box make_huge(uint32_t i, uint32_t count, uint64_t *seed)
 {
     (void)i;
@@ -351,7 +358,8 @@ static void every_item_is_reached_once_at_any_count(void **state)
 static void boxes_may_be_alike_or_broken(void **state)
 {
     (void)state;
-    const box_maker makers[] = {make_equal, make_halving, make_huge, make_dust, make_broken, make_all_empty};
+    const box_maker makers[] = {make_equal, make_halving, make_chain,    make_huge,
+                                make_dust,  make_broken,  make_all_empty};
     for (size_t i = 0; i < sizeof makers / sizeof *makers; i++) {
         const uint32_t counts[] = {1, 9, 100, 3000};
         check_trees(counts, 4, makers[i]);
