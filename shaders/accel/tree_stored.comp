@@ -65,6 +65,16 @@ struct phase_job {
     uint first_input; // among the boxes of the phase before
 };
 
+team_child no_child()
+{
+    team_child child;
+    child.there = false;
+    child.child = CLAST_NONE;
+    child.box.lower = vec3(uintBitsToFloat(TREE_BEYOND_BITS));
+    child.box.upper = -child.box.lower;
+    return child;
+}
+
 // The number of the item at a place of the order.
 uint item_at(phase_job job, uint place)
 {
@@ -74,11 +84,8 @@ uint item_at(phase_job job, uint place)
 // The child that input `i` of this phase is.
 team_child load_input(phase_job job, uint i)
 {
-    team_child child;
+    team_child child = no_child();
     child.there = i < job.inputs;
-    child.child = CLAST_NONE;
-    child.box.lower = vec3(uintBitsToFloat(TREE_BEYOND_BITS));
-    child.box.upper = -child.box.lower;
     if (child.there && push.phase == 0u) {
         uint item = item_at(job, i);
         child.child = item_child(job.items, item);
@@ -153,14 +160,15 @@ void build_levels(phase_job job, uint group)
     [[dont_unroll]] for (uint i = 0u; i < steps; i += i == 0u && is_half ? 2u : 1u) {
         step_node node = node_of_step(job, group, i, team);
         uint from = node.number * TEAM + place;
-        team_child child;
+        team_child child = no_child();
         if (i < 2u) {
             child = load_input(job, from);
-        } else {
-            uint local = node.own ? team * TEAM + place : 0u;
-            child.box = i == 2u ? bottom_boxes[local] : middle_boxes[place];
-            child.child = node.below + from;
-            child.there = node.own && from < level_nodes(job.count, node.level - 1u);
+        } else if (node.own && from < level_nodes(job.count, node.level - 1u)) {
+            clast_box below = middle_boxes[place];
+            if (i == 2u) {
+                below = bottom_boxes[team * TEAM + place];
+            }
+            child = team_child(below, node.below + from, true);
         }
         box = write_node(child, node.own ? node_address(job, node.level, node.number) : 0ul);
         if (job.kept != 0ul && node.own) {
