@@ -65,6 +65,13 @@
     X(CLAST_METRIC_LENGTH, 2, "length") /* in the world */ \
     X(CLAST_METRIC_FIXED, 3, "fixed")   /* as many segments for all edges */
 
+/* X(name, value, text): what makes a picture. */
+#define CLAST_DEVICE_LIST(X) \
+    X(CLAST_DEVICE_AUTO, 0, \
+      "auto") /* a discrete or integrated GPU, where there is one that will do; else the processor */ \
+    X(CLAST_DEVICE_CPU, 1, "cpu")       /* the processor */ \
+    X(CLAST_DEVICE_VULKAN, 2, "vulkan") /* a device that Vulkan drives */
+
 /* X(name, value, text): what kept a frame below the wanted rate. */
 #define CLAST_BOUND_LIST(X) \
     X(CLAST_BOUND_NONE, 0, "none") \
@@ -221,6 +228,12 @@
          "diameter of the camera's lens; 0 is the camera's own, which is mostly a pinhole") \
     REAL(focus, 0.0, 0.0, 1e30, "LENGTH", \
          "distance that is sharp; 0 is the camera's own, which is mostly its target's") \
+    CHOICE( \
+        device, CLAST_DEVICE_LIST, CLAST_DEVICE_AUTO, \
+        "what makes the picture: a GPU where there is one and else the processor, the processor, or a Vulkan device") \
+    TEXT( \
+        device_name, "", "NAME", \
+        "part of the name of the Vulkan device that is wanted; drivers that are programs count only where named, as llvmpipe") \
     CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \
     TEXT(camera, "", "CAMERA", \
          "name or number of a camera of the scene, or eye/target[/up[/fov]], as 0,1,4/0,0,0/0,1,0/45") \

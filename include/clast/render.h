@@ -18,6 +18,7 @@ typedef enum clast_metric { CLAST_METRIC_LIST(CLAST_ENUMERATOR) } clast_metric;
 typedef enum clast_tone_map { CLAST_TONE_MAP_LIST(CLAST_ENUMERATOR) } clast_tone_map;
 typedef enum clast_integrator { CLAST_INTEGRATOR_LIST(CLAST_ENUMERATOR) } clast_integrator;
 typedef enum clast_fireflies { CLAST_FIREFLIES_LIST(CLAST_ENUMERATOR) } clast_fireflies;
+typedef enum clast_device { CLAST_DEVICE_LIST(CLAST_ENUMERATOR) } clast_device;
 typedef enum clast_pass { CLAST_PASS_LIST(CLAST_ENUMERATOR) CLAST_PASS_COUNT_ } clast_pass;
 typedef enum clast_bound { CLAST_BOUND_LIST(CLAST_ENUMERATOR) } clast_bound;
 
@@ -52,9 +53,10 @@ CLAST_API void clast_renderer_destroy(clast_renderer *renderer);
  *  Errors: OUT_OF_MEMORY, BUDGET (the message has the least budget that works), CANCELLED. */
 CLAST_API clast_status clast_renderer_commit(clast_renderer *renderer, const clast_render_settings *settings);
 
-/** Rays against the scene as last committed; from any number of threads at once. Hits name the scene's instances. Alpha
- *  masks are honoured; blended surfaces count as hit where their alpha is at least a half. The scene must not be edited
- *  meanwhile. After clast_scene_set_mesh_positions these calls are refused (STATE) until the next commit. */
+/** Rays against the scene as last committed; from any number of threads at once. The processor traces them, whatever
+ *  settings.device says. Hits name the scene's instances. Alpha masks are honoured; blended surfaces count as hit where their
+ *  alpha is at least a half. The scene must not be edited meanwhile. After clast_scene_set_mesh_positions these calls are
+ *  refused (STATE) until the next commit. */
 CLAST_API clast_status clast_renderer_trace_closest(const clast_renderer *renderer, const clast_ray *rays, size_t count,
                                                     clast_hit *hits);
 CLAST_API clast_status clast_renderer_trace_any(const clast_renderer *renderer, const clast_ray *rays, size_t count,
@@ -107,6 +109,9 @@ typedef struct clast_render_statistics {
     uint64_t scene_bytes, cook_bytes, template_bytes, clas_bytes, vertex_bytes, blas_bytes, tlas_bytes;
     uint64_t memory_peak; /**< clast's own accounting */
     uint64_t process_memory_peak;
+    const char *device; /**< that made the picture: "cpu", or a name; the renderer's, until it renders on another */
+    const char *driver; /**< of a Vulkan device: its name and version; else empty */
+    uint64_t device_bytes, device_bytes_peak; /**< of a Vulkan device's memory: held now, and at most so far */
 } clast_render_statistics;
 
 /** What the scene as last committed takes; the members of a render (samples, rays, total_milliseconds) are zero.
@@ -117,7 +122,9 @@ CLAST_API clast_status clast_renderer_statistics(const clast_renderer *renderer,
  *  that emit (a textured emission of at most one does not count: it is a display or a glowing detail) is lit by a sky with
  *  a sun. Where the progress hook cancels, CLAST_ERROR_CANCELLED is returned and the outputs hold what was rendered so far,
  *  rightly exposed; statistics->samples says how much (0: nothing). `statistics` may be null. The same scene and settings
- *  give the same bits, whatever the threads or instruction set. */
+ *  give the same bits, whatever the threads or instruction set; another device gives the same geometry to the bit, and colours
+ *  that differ by roundings. Where settings.device is a Vulkan device, DEVICE says why it cannot be had, or that it was lost; rays of
+ *  the caller's need a commit of their own after such a picture (STATE). */
 CLAST_API clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,
                                     const clast_render_output *outputs, size_t count,
                                     clast_render_statistics *statistics);

@@ -66,7 +66,7 @@ static bool is_lamp(const clast_material *material)
 static bool scene_is_dark(const clast_renderer *renderer)
 {
     const clast_scene *scene = renderer->scene;
-    const clast_frame *frame = renderer->frame;
+    const clast_frame *frame = clast_picture_frame(renderer);
     if (scene->has_environment || scene->light_count != 0) {
         return false;
     }

@@ -16,7 +16,6 @@ clast_status clast_renderer_create(clast_scene *scene, clast_renderer **renderer
     }
     made->context = scene->context;
     made->scene = scene;
-    made->backend = &clast_cpu_backend;
     clast_status status = clast_cooked_create(made->context, &made->cooked);
     if (status == CLAST_OK) {
         status = clast_frame_create(scene, made->cooked, &made->frame);
@@ -34,6 +33,7 @@ void clast_renderer_destroy(clast_renderer *renderer)
     if (renderer == NULL) {
         return;
     }
+    clast_forget_device(renderer);
     if (renderer->frame != NULL) {
         clast_frame_destroy(renderer->frame);
     }
@@ -45,18 +45,8 @@ void clast_renderer_destroy(clast_renderer *renderer)
     clast_free(renderer->context, renderer);
 }
 
-// Cooks, and runs the passes up to `last`. `settings` are resolved.
-static clast_status commit(clast_renderer *renderer, const clast_render_settings *settings, clast_pass last)
+static void set_frame(const clast_renderer *renderer, const clast_render_settings *settings, clast_frame *frame)
 {
-    clast_frame *frame = renderer->frame;
-    renderer->is_committed = false;
-    clast_status status = clast_use_patterns(renderer, settings);
-    if (status == CLAST_OK) {
-        status = clast_cooked_update(renderer->cooked, renderer->scene);
-    }
-    if (status != CLAST_OK) {
-        return status;
-    }
     frame->settings = (clast_frame_settings){
         .width = settings->width,
         .height = settings->height,
@@ -76,7 +66,13 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
         .aperture = settings->aperture,
         .focus = settings->focus,
     };
-    status = clast_scene_choose_animation(renderer->scene, settings->animation, &frame->settings.animation);
+}
+
+static clast_status choose_cameras(const clast_renderer *renderer, const clast_render_settings *settings,
+                                   clast_frame *frame)
+{
+    clast_status status = clast_scene_choose_animation(renderer->scene, settings->animation,
+                                                       &frame->settings.animation);
     if (status != CLAST_OK) {
         return status;
     }
@@ -87,10 +83,27 @@ static clast_status commit(clast_renderer *renderer, const clast_render_settings
         status = clast_scene_choose_camera(renderer->scene, settings->tess_camera, settings->width, settings->height,
                                            &frame->settings.rate_camera);
     }
+    return status;
+}
+
+// Cooks, and runs the passes up to `last` of a frame on a backend. `settings` are resolved.
+static clast_status commit(clast_renderer *renderer, const clast_render_settings *settings, clast_frame *frame,
+                           const clast_backend *backend, clast_pass last)
+{
+    renderer->is_committed = false;
+    clast_status status = clast_use_patterns(renderer, settings);
     if (status == CLAST_OK) {
-        status = clast_frame_run(frame, renderer->backend, CLAST_PASS_ANIMATE, last, NULL);
+        status = clast_cooked_update(renderer->cooked, renderer->scene);
     }
-    renderer->is_committed = status == CLAST_OK;
+    if (status != CLAST_OK) {
+        return status;
+    }
+    set_frame(renderer, settings, frame);
+    status = choose_cameras(renderer, settings, frame);
+    if (status == CLAST_OK) {
+        status = clast_frame_run(frame, backend, CLAST_PASS_ANIMATE, last, NULL);
+    }
+    renderer->is_committed = status == CLAST_OK && frame == renderer->frame;
     renderer->position_version = renderer->scene->position_version;
     return status;
 }
@@ -102,7 +115,8 @@ clast_status clast_renderer_commit(clast_renderer *renderer, const clast_render_
     }
     clast_render_settings resolved = settings != NULL ? *settings : (clast_render_settings){0};
     clast_status status = clast_render_settings_resolve(renderer->context, &resolved);
-    return status == CLAST_OK ? commit(renderer, &resolved, CLAST_PASS_TLAS) : status;
+    return status == CLAST_OK ? commit(renderer, &resolved, renderer->frame, &clast_cpu_backend, CLAST_PASS_TLAS)
+                              : status;
 }
 
 // ------------------------------------------------------------------------------------------------------------- rays
@@ -111,7 +125,8 @@ clast_status clast_renderer_commit(clast_renderer *renderer, const clast_render_
 static clast_status check_committed(const clast_renderer *renderer, const char *call)
 {
     if (!renderer->is_committed) {
-        return clast_fail(renderer->context, CLAST_ERROR_STATE, "%s: the renderer has not committed its scene", call);
+        return clast_fail(renderer->context, CLAST_ERROR_STATE, "%s: the renderer has not committed its scene%s", call,
+                          renderer->device_frame != NULL ? " since it made a picture on another device" : "");
     }
     if (renderer->position_version != renderer->scene->position_version) {
         return clast_fail(renderer->context, CLAST_ERROR_STATE, "%s: positions were replaced: commit the scene first",
@@ -237,7 +252,12 @@ clast_status clast_render(clast_renderer *renderer, const clast_render_settings 
         status = check_outputs(renderer->context, outputs, count);
     }
     if (status == CLAST_OK) {
-        status = commit(renderer, &resolved, CLAST_PASS_LIGHTS);
+        status = clast_choose_device(renderer, &resolved);
+    }
+    clast_frame *frame = clast_picture_frame(renderer);
+    const clast_backend *backend = clast_picture_backend(renderer);
+    if (status == CLAST_OK) {
+        status = commit(renderer, &resolved, frame, backend, CLAST_PASS_LIGHTS);
     }
     if (status != CLAST_OK) {
         return status;
@@ -245,10 +265,11 @@ clast_status clast_render(clast_renderer *renderer, const clast_render_settings 
     clast_kept_environment kept;
     status = clast_environment_begin(renderer, &resolved, &kept);
     if (status == CLAST_OK) {
-        status = clast_render_frame(renderer->frame, renderer->backend, &resolved, outputs, count, statistics);
+        status = clast_render_frame(frame, backend, &resolved, outputs, count, statistics);
         clast_environment_end(renderer, &kept);
     }
-    clast_collect_statistics(renderer, statistics);
+    clast_collect_statistics(renderer, frame, statistics);
+    clast_collect_device(renderer, statistics);
     statistics->total_milliseconds = 1000.0 * (clast_clock() - begun);
     return status;
 }

@@ -37,13 +37,13 @@ static uint64_t scene_bytes(const clast_scene *scene)
 // as many of both.
 static double unit_fill(const clast_frame_unit *unit)
 {
-    _Static_assert(CLUSTER_TRIANGLES == CLUSTER_VERTICES, "one number tells both");
+    _Static_assert((int)CLUSTER_TRIANGLES == (int)CLUSTER_VERTICES, "one number tells both");
     return (double)unit->cluster_fill / CLUSTER_TRIANGLES;
 }
 
-void clast_collect_statistics(const clast_renderer *renderer, clast_render_statistics *statistics)
+void clast_collect_statistics(const clast_renderer *renderer, const clast_frame *frame,
+                              clast_render_statistics *statistics)
 {
-    const clast_frame *frame = renderer->frame;
     double fill = 0.0;
     size_t records = 0;
     for (uint32_t i = 0; i < CLAST_PASS_COUNT_; i++) {
@@ -102,6 +102,8 @@ clast_status clast_renderer_statistics(const clast_renderer *renderer, clast_ren
     if (!renderer->is_committed) {
         return clast_fail(renderer->context, CLAST_ERROR_STATE, "statistics: the renderer has not committed its scene");
     }
-    clast_collect_statistics(renderer, statistics);
+    clast_collect_statistics(renderer, renderer->frame, statistics);
+    statistics->device = "cpu";
+    statistics->driver = "";
     return CLAST_OK;
 }

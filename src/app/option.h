@@ -31,13 +31,6 @@ typedef enum clast_verb { CLAST_VERB_LIST(CLAST_ENUMERATOR) CLAST_VERB_COUNT_ } 
 
 typedef enum clast_exit { CLAST_EXIT_LIST(CLAST_ENUMERATOR) } clast_exit;
 
-// X(name, value, text): where work is done.
-#define CLAST_DEVICE_LIST(X) \
-    X(CLAST_DEVICE_AUTOMATIC, 0, "auto") \
-    X(CLAST_DEVICE_CPU, 1, "cpu")
-
-typedef enum clast_device { CLAST_DEVICE_LIST(CLAST_ENUMERATOR) } clast_device;
-
 // X(name, value, text): bits of a channel of a picture that is written.
 #define CLAST_BITS_LIST(X) \
     X(CLAST_BITS_AUTOMATIC, 0, "auto") \
@@ -90,8 +83,6 @@ enum {
         "the extension, or in place of %04d") \
     REAL(CLAST_IN_RENDER, fps, "fps", 24.0, 0.001, 100000.0, "N", \
          "frames a second: frame F of --frames shows the moment F / N") \
-    CHOICE(CLAST_IN_RENDER, device, "device", CLAST_DEVICE_LIST, CLAST_DEVICE_AUTOMATIC, \
-           "where work is done; auto takes the best there is, which is the CPU") \
     REAL(CLAST_IN_GENERATE, detail, "detail", 1.0, 0.02, 25.0, "FACTOR", \
          "scales the number of triangles; 1 is about a million") \
     UINT(CLAST_IN_GENERATE, generate_seed, "seed", 0, 0, 4294967295u, "N", "seed of the random numbers") \

@@ -95,11 +95,16 @@ static void print_summary(const clast_render_work *work)
 {
     char triangles[32];
     char memory[32];
-    printf("%s: %u x %u pixels, %u samples a pixel, %s triangles, %.2f s, %.2f million rays a second, %s at most\n",
+    printf("%s: %u x %u pixels, %u samples a pixel, %s triangles, %.2f s, %.2f million rays a second, %s at most",
            work->picture.path, work->picture.width, work->picture.height, work->statistics.samples,
            clast_format_count(work->statistics.instanced_triangles, triangles), clast_session_seconds(&work->session),
            clast_mega_rays_per_second(&work->statistics),
            clast_format_bytes(work->statistics.process_memory_peak, memory));
+    if (work->statistics.driver[0] != '\0') {
+        printf(", and %s on %s", clast_format_bytes(work->statistics.device_bytes_peak, memory),
+               work->statistics.device);
+    }
+    putchar('\n');
 }
 
 static clast_exit end_code(const clast_render_work *work)

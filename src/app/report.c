@@ -107,9 +107,21 @@ static const char *bound_text(clast_bound bound)
     return "";
 }
 
+static json_t *device_object(const clast_render_statistics *statistics)
+{
+    json_t *object = json_object();
+    int failures = object == NULL;
+    failures += json_object_set_new(object, "name", clast_report_text(statistics->device)) != 0;
+    failures += json_object_set_new(object, "driver", clast_report_text(statistics->driver)) != 0;
+    failures += SET_UINT(object, "bytes", statistics->device_bytes) != 0;
+    failures += SET_UINT(object, "bytes_peak", statistics->device_bytes_peak) != 0;
+    return object_or_null(object, failures);
+}
+
 int clast_report_add_counts(json_t *object, const clast_render_statistics *statistics)
 {
-    int failures = SET_UINT(object, "triangles", statistics->triangles) != 0;
+    int failures = json_object_set_new(object, "device", device_object(statistics)) != 0;
+    failures += SET_UINT(object, "triangles", statistics->triangles) != 0;
     failures += SET_UINT(object, "instanced_triangles", statistics->instanced_triangles) != 0;
     failures += SET_UINT(object, "clusters", statistics->clusters) != 0;
     failures += SET_REAL(object, "cluster_fill", statistics->cluster_fill) != 0;
