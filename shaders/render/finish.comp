@@ -5,8 +5,6 @@
 #include "render/paths.glsl"
 layout(local_size_x = 128) in;
 
-layout(constant_id = 1) const uint FIREFLIES = CLAST_FIREFLIES_KEPT;
-
 void main()
 {
     uint path = linear_group() * PATH_GROUP + gl_LocalInvocationIndex;
@@ -16,7 +14,7 @@ void main()
     }
     vec4 found = load_piece(PATH_RADIANCE, path);
     vec3 radiance = vec3(found[0], found[1], found[2]);
-    if (FIREFLIES == CLAST_FIREFLIES_CLAMPED) {
+    if (render_of().of.fireflies == CLAST_FIREFLIES_CLAMPED) {
         vec4 direct = float4s(load_address(render_of().of.direct)).at[path];
         radiance = clamp_indirect(radiance, vec3(direct[0], direct[1], direct[2]));
     }

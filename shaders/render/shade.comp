@@ -10,9 +10,6 @@
 #include "accel/group.glsl"
 layout(local_size_x = 128) in;
 
-layout(constant_id = 0) const uint INTEGRATOR = CLAST_INTEGRATOR_PATH;
-layout(constant_id = 1) const uint FIREFLIES = CLAST_FIREFLIES_KEPT;
-
 // What a step came to: which lists the path goes into.
 const uint GOES_ON = 1u;
 const uint TO_LIGHT = 2u;
@@ -74,7 +71,7 @@ void store_ray(uint path, path_state state, vec3 origin)
 // Light that was scattered once is what shadow rays from the first surface bring, and what the first scattered ray meets.
 void note_direct(uint path, vec3 radiance)
 {
-    if (FIREFLIES == CLAST_FIREFLIES_CLAMPED && push.bounce <= 1u) {
+    if (render_of().of.fireflies == CLAST_FIREFLIES_CLAMPED && push.bounce <= 1u) {
         float4s(load_address(render_of().of.direct)).at[path] = vec4(radiance, 0.0f);
     }
 }
@@ -180,7 +177,7 @@ bool sample_direction(uint path, uint seed, path_state state, clast_path_surface
 {
     float lobe = next_square(seed, PATH_USE_CHOICE)[1];
     clast_path_step made = path_step(at, bsdf, view, state.throughput, state.alpha_floor,
-                                     FIREFLIES == CLAST_FIREFLIES_SOFTENED, next_square(seed, PATH_USE_DIRECTION), lobe);
+                                     render_of().of.fireflies == CLAST_FIREFLIES_SOFTENED, next_square(seed, PATH_USE_DIRECTION), lobe);
     float chance = path_survival(load3(made.throughput), push.bounce);
     bool survives = chance >= 1.0f || next_square(seed, PATH_USE_ROULETTE)[0] < chance;
     bool goes_on = made.density > 0.0f && survives;
@@ -210,13 +207,13 @@ uint scatter_path(light_room room, uint path, uint seed, path_state state, shadi
     return lists | (sample_direction(path, seed, state, at, bsdf, view, point) ? GOES_ON : 0u);
 }
 
-uint most_bounces() { return INTEGRATOR == CLAST_INTEGRATOR_DIRECT ? 1u : render_of().of.bounces; }
+uint most_bounces() { return render_of().of.integrator == CLAST_INTEGRATOR_DIRECT ? 1u : render_of().of.bounces; }
 
 void step_to_distance(light_room room, uint path, path_state state)
 {
-    if (INTEGRATOR == CLAST_INTEGRATOR_AO) {
+    if (render_of().of.integrator == CLAST_INTEGRATOR_AO) {
         state.radiance = splat3(1.0f);
-    } else if (INTEGRATOR != CLAST_INTEGRATOR_PRIMARY) {
+    } else if (render_of().of.integrator != CLAST_INTEGRATOR_PRIMARY) {
         add_distant_light(room, state);
         note_direct(path, state.radiance);
     }
@@ -226,11 +223,11 @@ void step_to_distance(light_room room, uint path, path_state state)
 uint step_at_surface(light_room room, uint path, uint seed, path_state state, shading_point point, float distance)
 {
     uint lists = 0u;
-    bool is_lit = INTEGRATOR == CLAST_INTEGRATOR_PATH || INTEGRATOR == CLAST_INTEGRATOR_DIRECT;
-    if (INTEGRATOR == CLAST_INTEGRATOR_PRIMARY) {
+    bool is_lit = render_of().of.integrator == CLAST_INTEGRATOR_PATH || render_of().of.integrator == CLAST_INTEGRATOR_DIRECT;
+    if (render_of().of.integrator == CLAST_INTEGRATOR_PRIMARY) {
         float facing = abs1(dot3(point.normal, state.direction));
         state.radiance = point.emission + load3(point.surface.base.base_colour) * facing;
-    } else if (INTEGRATOR == CLAST_INTEGRATOR_AO) {
+    } else if (render_of().of.integrator == CLAST_INTEGRATOR_AO) {
         lists = add_openness(path, seed, point);
     } else {
         add_emission(room, state, point, distance);

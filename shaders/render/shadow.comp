@@ -10,8 +10,6 @@ clast_ray shadow_ray(uint path);
 
 #include "render/trace.glsl"
 
-layout(constant_id = 5) const uint FIREFLIES = CLAST_FIREFLIES_KEPT;
-
 clast_ray shadow_ray(uint path)
 {
     vec4 origin = float4s(shadow_piece(push.list, 0u, path)).at[0];
@@ -38,7 +36,7 @@ void store_ray()
     vec4 found = load_piece(PATH_RADIANCE, trace_path);
     vec3 radiance = vec3(found[0], found[1], found[2]) + vec3(arrives[0], arrives[1], arrives[2]);
     store_piece(PATH_RADIANCE, trace_path, radiance, found[3]);
-    if (FIREFLIES == CLAST_FIREFLIES_CLAMPED && push.bounce == 0u) { // what shadow rays from the first surface bring
+    if (render_of().of.fireflies == CLAST_FIREFLIES_CLAMPED && push.bounce == 0u) { // what shadow rays from the first surface bring
         float4s(load_address(render_of().of.direct)).at[trace_path] = vec4(radiance, 0.0f);
     }
 }

@@ -79,10 +79,12 @@ RECORD(clast_device_render)
     uint squares_across;
     uint seed;
     uint bounces;             // most of a path
+    uint integrator;          // CLAST_INTEGRATOR_
+    uint fireflies;           // CLAST_FIREFLIES_
     float ao_distance;        // infinite where it is endless
     float rate;               // wanted density of geometry
 };
-RECORD_SIZE(clast_device_render, 9 * 8 + 13 * 8 + 32)
+RECORD_SIZE(clast_device_render, 9 * 8 + 13 * 8 + 40)
 
 RECORD(clast_path_pixel)
 {

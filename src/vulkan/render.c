@@ -210,6 +210,8 @@ static clast_device_render head_of(const clast_vulkan_render *render, const clas
         .squares_across = render->squares_across,
         .seed = settings->seed,
         .bounces = settings->bounces,
+        .integrator = (uint32_t)settings->integrator,
+        .fireflies = (uint32_t)settings->fireflies,
         .ao_distance = settings->ao_distance > 0.0 ? (float)settings->ao_distance : INFINITY,
         .rate = (float)frame->settings.rate,
     };
@@ -303,8 +305,6 @@ static clast_gpu_call call_of(const tile *tile, clast_shader shader)
 {
     return (clast_gpu_call){
         .shader = shader,
-        .constants = {(uint32_t)tile->target->settings.integrator, (uint32_t)tile->target->settings.fireflies},
-        .constant_count = 2,
         .push = &tile->push,
         .push_bytes = sizeof tile->push,
     };
@@ -348,8 +348,8 @@ static void trace_list(const tile *tile, clast_shader shader, uint32_t list)
     push.list = list;
     clast_gpu_call call = {
         .shader = shader,
-        .constants = {PATH_TRACE_GROUP, REFILL, STEPS, 1, tile->filtered, (uint32_t)tile->target->settings.fireflies},
-        .constant_count = 6,
+        .constants = {PATH_TRACE_GROUP, REFILL, STEPS, 1, tile->filtered},
+        .constant_count = 5,
         .push = &push,
         .push_bytes = sizeof push,
         .indirect = &tile->render->queue,

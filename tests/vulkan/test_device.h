@@ -23,6 +23,9 @@ static inline void test_device_log(void *user, clast_log_level level, const char
     }
 }
 
+// A test that stops what is under way sets this before it opens the device.
+static clast_progress_hook test_device_progress;
+
 // Opens it, or ends the test as skipped.
 static inline test_device test_device_open_as(const clast_gpu_desc *wanted)
 {
@@ -30,7 +33,7 @@ static inline test_device test_device_open_as(const clast_gpu_desc *wanted)
     const char *subgroup = getenv("CLAST_TEST_SUBGROUP");
     desc.subgroup = subgroup != NULL ? (uint32_t)strtoul(subgroup, NULL, 10) : desc.subgroup;
     test_device device = {0};
-    clast_context_desc context = {.log = {test_device_log, NULL}};
+    clast_context_desc context = {.log = {test_device_log, NULL}, .progress = test_device_progress};
     if (clast_context_create(&context, &device.context) != CLAST_OK) {
         fprintf(stderr, "no context\n");
         exit(1);
