@@ -37,18 +37,7 @@ void store_ray()
 {
     if (TRACE_ANY) {
         uints(push.to).at[trace_ray_number] = trace_found() ? 1u : 0u;
-    } else if (TRACE_REFILL == 0u) {
-        hits(push.to).at[trace_ray_number] = traced_hit();
     } else {
-        // Few invocations end at a time: what is costly is left to trace_finish.comp.
-        clast_hit found;
-        found.t = trace.t;
-        found.barycentrics = store2(vec2(0.0));
-        found.normal = store3(vec3(0.0));
-        found.instance = trace.best.placement;
-        found.cluster = trace.best.cluster;
-        found.triangle = trace.best.triangle;
-        found.steps = trace.steps;
-        hits(push.to).at[trace_ray_number] = found;
+        hits(push.to).at[trace_ray_number] = traced_hit();
     }
 }
