@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which device makes a picture: what there is without a driver, and what a software driver makes of the same scene. The driver is
+// that of VK_DRIVER_FILES; where there is none, only what needs none is tested.
+#include "test.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "shapes.h"
+
+#include "clast/clast.h"
+
+enum { WIDTH = 32, HEIGHT = 24, PIXELS = WIDTH * HEIGHT };
+
+static char driver[4096]; // as the test was started; empty: none
+
+static void hide_drivers(void)
+{
+    setenv("VK_DRIVER_FILES", "/nowhere/driver.json", 1);
+    setenv("VK_ICD_FILENAMES", "/nowhere/driver.json", 1);
+}
+
+static void show_drivers(void)
+{
+    setenv("VK_DRIVER_FILES", driver, 1);
+    setenv("VK_ICD_FILENAMES", driver, 1);
+}
+
+typedef struct world {
+    clast_context *context;
+    clast_scene *scene;
+    clast_renderer *renderer;
+    float colour[3 * PIXELS];
+    uint32_t instance[PIXELS];
+    clast_render_statistics statistics;
+} world;
+
+static world *world_open(clast_context *context)
+{
+    world *w = calloc(1, sizeof *w);
+    assert_non_null(w);
+    w->context = context;
+    assert_ok(context, clast_scene_create(context, &w->scene));
+    shape_add_instance(context, w->scene, shape_add_wave(context, w->scene, 3), 0, -1, 0, 1);
+    shape_add_instance(context, w->scene, shape_add_sphere(context, w->scene, 12, 8), 0, 0, 0, 1);
+    assert_ok(context, clast_renderer_create(w->scene, &w->renderer));
+    return w;
+}
+
+static void world_close(world *w)
+{
+    clast_renderer_destroy(w->renderer);
+    clast_scene_destroy(w->scene);
+    free(w);
+}
+
+static clast_status render(world *w, clast_device device, const char *name)
+{
+    clast_render_settings settings = {.width = WIDTH,
+                                      .height = HEIGHT,
+                                      .spp = 2,
+                                      .bounces = 2,
+                                      .camera = "0,1,6/0,0,0",
+                                      .device = device,
+                                      .device_name = name};
+    const clast_render_output outputs[] = {{CLAST_VIEW_COLOUR, w->colour}, {CLAST_VIEW_INSTANCE, w->instance}};
+    return clast_render(w->renderer, &settings, outputs, 2, &w->statistics);
+}
+
+static void without_a_driver_auto_is_the_processor(void **state)
+{
+    hide_drivers();
+    world *w = world_open(*state);
+    assert_ok(w->context, render(w, CLAST_DEVICE_AUTO, NULL));
+    assert_string_equal(w->statistics.device, "cpu");
+    assert_string_equal(w->statistics.driver, "");
+    assert_true(w->statistics.triangles > 0);
+    world_close(w);
+}
+
+static void without_a_driver_vulkan_is_refused_with_the_reason(void **state)
+{
+    hide_drivers();
+    world *w = world_open(*state);
+    assert_int_equal(render(w, CLAST_DEVICE_VULKAN, NULL), CLAST_ERROR_DEVICE);
+    assert_non_null(strstr(clast_context_error(w->context), "vulkan: "));
+    assert_ok(w->context, render(w, CLAST_DEVICE_CPU, NULL)); // the renderer is as good as before
+    world_close(w);
+}
+
+static void a_software_driver_counts_only_by_its_name(void **state)
+{
+    show_drivers();
+    world *w = world_open(*state);
+    assert_ok(w->context, render(w, CLAST_DEVICE_AUTO, NULL));
+    assert_string_equal(w->statistics.device, "cpu");
+    assert_int_equal(render(w, CLAST_DEVICE_VULKAN, NULL), CLAST_ERROR_DEVICE);
+    assert_non_null(strstr(clast_context_error(w->context), "llvmpipe"));
+    assert_int_equal(render(w, CLAST_DEVICE_VULKAN, "no such device"), CLAST_ERROR_DEVICE);
+    world_close(w);
+}
+
+static void a_device_makes_the_processors_picture(void **state)
+{
+    show_drivers();
+    world *a = world_open(*state), *b = world_open(*state);
+    assert_ok(a->context, render(a, CLAST_DEVICE_CPU, NULL));
+    assert_ok(b->context, render(b, CLAST_DEVICE_VULKAN, "llvmpipe"));
+    assert_non_null(strstr(b->statistics.device, "llvmpipe"));
+    assert_true(strlen(b->statistics.driver) > 0);
+    assert_true(b->statistics.device_bytes > 0 && b->statistics.device_bytes_peak >= b->statistics.device_bytes);
+    assert_memory_equal(a->instance, b->instance, sizeof a->instance);
+    assert_int_equal(a->statistics.triangles, b->statistics.triangles);
+    assert_int_equal(a->statistics.clusters, b->statistics.clusters);
+    assert_int_equal(a->statistics.vertices, b->statistics.vertices);
+    assert_true(a->statistics.cluster_fill == b->statistics.cluster_fill);
+    double difference = 0.0, sum = 0.0;
+    for (int i = 0; i < 3 * PIXELS; i++) {
+        difference += fabs((double)(a->colour[i] - b->colour[i]));
+        sum += (double)a->colour[i];
+    }
+    assert_true(sum > 0.0 && difference <= 1e-3 * sum);
+    world_close(a);
+    world_close(b);
+}
+
+static void a_renderer_goes_from_a_device_to_another(void **state)
+{
+    show_drivers();
+    world *w = world_open(*state);
+    clast_ray ray = {.origin = {0, 0, 5}, .direction = {0, 0, -1}, .t_max = INFINITY};
+    clast_hit hit;
+    assert_ok(w->context, render(w, CLAST_DEVICE_CPU, NULL));
+    assert_ok(w->context, clast_renderer_trace_closest(w->renderer, &ray, 1, &hit));
+    assert_ok(w->context, render(w, CLAST_DEVICE_VULKAN, "llvmpipe"));
+    assert_int_equal(clast_renderer_trace_closest(w->renderer, &ray, 1, &hit), CLAST_ERROR_STATE);
+    assert_ok(w->context, clast_renderer_commit(w->renderer, NULL));
+    assert_ok(w->context, clast_renderer_trace_closest(w->renderer, &ray, 1, &hit));
+    assert_int_equal(hit.instance, 1);
+    const float aside[12] = {1, 0, 0, 10, 0, 1, 0, 0, 0, 0, 1, 2};
+    assert_ok(w->context, clast_scene_set_instance_transform(w->scene, 1, aside));
+    assert_ok(w->context, render(w, CLAST_DEVICE_VULKAN, "llvmpipe"));
+    for (int i = 0; i < PIXELS; i++) {
+        assert_int_not_equal(w->instance[i], 1);
+    }
+    world_close(w);
+}
+
+int main(void)
+{
+    const char *files = getenv("VK_DRIVER_FILES");
+    snprintf(driver, sizeof driver, "%s", files != NULL ? files : "");
+    const struct CMUnitTest bare[] = {
+        CONTEXT_TEST(without_a_driver_auto_is_the_processor),
+        CONTEXT_TEST(without_a_driver_vulkan_is_refused_with_the_reason),
+    };
+    const struct CMUnitTest driven[] = {
+        CONTEXT_TEST(a_software_driver_counts_only_by_its_name),
+        CONTEXT_TEST(a_device_makes_the_processors_picture),
+        CONTEXT_TEST(a_renderer_goes_from_a_device_to_another),
+    };
+    int failed = cmocka_run_group_tests(bare, NULL, NULL);
+    if (driver[0] != '\0') {
+        failed += cmocka_run_group_tests(driven, NULL, NULL);
+    }
+    return failed;
+}
