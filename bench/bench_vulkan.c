@@ -369,7 +369,8 @@ int main(int count, char **arguments)
     snprintf(b.machine, sizeof b.machine, "%s, %s", features->name, features->driver);
     vulkan_check(&device, clast_gpu_trees_create(device.gpu, &device.trees));
     if (features->ray_tracing) {
-        vulkan_check(&device, clast_driver_create(device.gpu, CLAST_SHADER_COUNT_, &device.driver));
+        vulkan_check(&device, clast_driver_create(device.gpu, &(clast_driver_desc){.filter = CLAST_SHADER_COUNT_},
+                                                  &device.driver));
     } else {
         fprintf(stderr, "%s has no ray tracing pipeline: there is no peer\n", features->name);
     }

@@ -19,6 +19,9 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #extension GL_KHR_shader_subgroup_clustered : require
+#ifdef GPU_RAY_STAGE // the build sets it for stages of ray tracing pipelines
+#extension GL_EXT_ray_tracing : require
+#endif
 
 #include "shared/dialect.h"
 #include "shared/limits.h"
@@ -42,7 +45,7 @@ ARRAY_OF(cluster_records, clast_cluster_record, 4)
 uint64_t load_address(packed_address p) { return packUint2x32(p); }
 packed_address store_address(uint64_t a) { return unpackUint2x32(a); }
 
-#ifndef GPU_RAY_STAGE // which stages of a ray tracing pipeline set: they have no groups
+#ifndef GPU_RAY_STAGE // these have no groups
 // The number of this work group, however the groups were laid out.
 uint linear_group() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
 #endif

@@ -2,7 +2,7 @@
 // The nearest hit of a ray.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "driver/driver.glsl"
+#include "driver/hits.glsl"
 
 layout(location = 0) rayPayloadInEXT driver_found found;
 hitAttributeEXT vec2 barycentrics;

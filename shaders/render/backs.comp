@@ -11,7 +11,7 @@ void store_ray() {}
 
 void main()
 {
-    uint path = linear_group() * TRACE_GROUP + gl_LocalInvocationIndex;
+    uint path = trace_number();
     clast_path_pixel pixel = pixel_of_path(path);
     if (path >= push.places || !is_in_picture(pixel)) {
         return;

@@ -27,4 +27,12 @@ RECORD(clast_driver_shape)
 };
 RECORD_SIZE(clast_driver_shape, 80)
 
+// What rays are traced through.
+RECORD(clast_driver_top)
+{
+    packed_address structure; // the driver's, over instances
+    packed_address shapes;    // clast_driver_shape of each
+};
+RECORD_SIZE(clast_driver_top, 16)
+
 #endif

@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ray tracing pipeline, and rays through it. Its table of shaders has four records: two that launch rays, one for
-// misses, one for hits of any instance; what is hit follows from the instance's number.
+// Ray tracing pipelines, and rays through them. A pipeline's table of shaders has a record for each launch, one for
+// misses, and one for hits of any instance; what is hit follows from the instance's number.
 #include "vulkan/driver_state.h"
 
 #include <stdio.h>
 #include <string.h>
 
 enum {
-    STAGES_MOST = 5,
+    STAGES_MOST = CLAST_DRIVER_LAUNCHES_MOST + 3,
+    GROUPS_MOST = CLAST_DRIVER_LAUNCHES_MOST + 2,
     HANDLE_MOST = 64,       // bytes of a group's handle; all drivers have 32
-    LAUNCHES_ACROSS = 8192, // rays along the first dimension
+    LAUNCHES_ACROSS = 8192, // along the first dimension
 };
-
-typedef enum group_number { GROUP_CLOSEST, GROUP_ANY, GROUP_MISS, GROUP_HIT, GROUP_COUNT } group_number;
 
 static const VkShaderStageFlags ray_stages = VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
                                              VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;
 
 // The push constants of shaders/driver/driver.glsl.
 typedef struct driver_push {
-    uint64_t structure, shapes, rays, results, counts, user;
+    uint64_t scene, rays, results, counts, user;
     uint32_t count;
 } driver_push;
 _Static_assert(sizeof(driver_push) <= CLAST_GPU_PUSH_BYTES, "push constants");
@@ -29,8 +28,9 @@ struct clast_driver {
     VkPipelineLayout layout;
     VkPipeline pipeline;
     clast_gpu_buffer table;
-    VkStridedDeviceAddressRegionKHR records[GROUP_COUNT];
-    uint32_t most; // rays of a launch
+    uint32_t launch_count; // records of these come first, then that of misses, then that of hits
+    VkStridedDeviceAddressRegionKHR records[GROUPS_MOST];
+    uint32_t most; // launches at once
 };
 
 // ---------------------------------------------------------------------------------------------------------- pipeline
@@ -60,29 +60,31 @@ static VkResult make_stage(clast_gpu *gpu, clast_shader shader, VkShaderStageFla
     return gpu->vk.vkCreateShaderModule(gpu->device, &create, NULL, &made->module);
 }
 
-static VkRayTracingShaderGroupCreateInfoKHR group_of(group_number number, uint32_t hit_stages)
+// Groups are numbered as stages are, but that the last two stages can be those of one group.
+static VkRayTracingShaderGroupCreateInfoKHR group_of(uint32_t number, uint32_t group_count, bool filtered)
 {
-    bool hits = number == GROUP_HIT;
-    return (VkRayTracingShaderGroupCreateInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR,
-        .type = hits ? VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
-                     : VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR,
-        .generalShader = hits ? VK_SHADER_UNUSED_KHR : (uint32_t)number,
-        .closestHitShader = hits ? GROUP_HIT : VK_SHADER_UNUSED_KHR,
-        .anyHitShader = hits && hit_stages > 1 ? GROUP_HIT + 1 : VK_SHADER_UNUSED_KHR,
-        .intersectionShader = VK_SHADER_UNUSED_KHR};
+    bool hits = number + 1 == group_count;
+    return (VkRayTracingShaderGroupCreateInfoKHR){.sType = VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR,
+                                                  .type = hits
+                                                              ? VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
+                                                              : VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR,
+                                                  .generalShader = hits ? VK_SHADER_UNUSED_KHR : number,
+                                                  .closestHitShader = hits ? number : VK_SHADER_UNUSED_KHR,
+                                                  .anyHitShader = hits && filtered ? number + 1 : VK_SHADER_UNUSED_KHR,
+                                                  .intersectionShader = VK_SHADER_UNUSED_KHR};
 }
 
 static VkResult link_pipeline(clast_driver *driver, const VkPipelineShaderStageCreateInfo *stages, uint32_t stage_count)
 {
-    VkRayTracingShaderGroupCreateInfoKHR groups[GROUP_COUNT];
-    for (int i = 0; i < GROUP_COUNT; i++) {
-        groups[i] = group_of((group_number)i, stage_count - GROUP_HIT);
+    VkRayTracingShaderGroupCreateInfoKHR groups[GROUPS_MOST];
+    uint32_t group_count = driver->launch_count + 2;
+    for (uint32_t i = 0; i < group_count; i++) {
+        groups[i] = group_of(i, group_count, stage_count > group_count);
     }
     VkRayTracingPipelineCreateInfoKHR create = {.sType = VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
                                                 .stageCount = stage_count,
                                                 .pStages = stages,
-                                                .groupCount = GROUP_COUNT,
+                                                .groupCount = group_count,
                                                 .pGroups = groups,
                                                 .maxPipelineRayRecursionDepth = 1,
                                                 .layout = driver->layout};
@@ -91,24 +93,23 @@ static VkResult link_pipeline(clast_driver *driver, const VkPipelineShaderStageC
                                                   &driver->pipeline);
 }
 
-static clast_status make_pipeline(clast_driver *driver, clast_shader filter)
+static clast_status make_pipeline(clast_driver *driver, const clast_driver_desc *desc)
 {
     clast_gpu *gpu = driver->gpu;
-    const struct {
-        clast_shader shader;
-        VkShaderStageFlagBits stage;
-    } parts[STAGES_MOST] = {
-        [GROUP_CLOSEST] = {CLAST_SHADER_DRIVER_CLOSEST, VK_SHADER_STAGE_RAYGEN_BIT_KHR},
-        [GROUP_ANY] = {CLAST_SHADER_DRIVER_ANY, VK_SHADER_STAGE_RAYGEN_BIT_KHR},
-        [GROUP_MISS] = {CLAST_SHADER_DRIVER_MISS, VK_SHADER_STAGE_MISS_BIT_KHR},
-        [GROUP_HIT] = {CLAST_SHADER_DRIVER_HIT, VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR},
-        {filter, VK_SHADER_STAGE_ANY_HIT_BIT_KHR},
-    };
     VkPipelineShaderStageCreateInfo stages[STAGES_MOST] = {{0}};
-    uint32_t count = filter != CLAST_SHADER_COUNT_ ? STAGES_MOST : STAGES_MOST - 1;
+    uint32_t count = 0;
     VkResult result = VK_SUCCESS;
-    for (uint32_t i = 0; i < count && result == VK_SUCCESS; i++) {
-        result = make_stage(gpu, parts[i].shader, parts[i].stage, &stages[i]);
+    for (uint32_t i = 0; i < desc->launch_count && result == VK_SUCCESS; i++) {
+        result = make_stage(gpu, desc->launches[i], VK_SHADER_STAGE_RAYGEN_BIT_KHR, &stages[count++]);
+    }
+    if (result == VK_SUCCESS) {
+        result = make_stage(gpu, CLAST_SHADER_DRIVER_MISS, VK_SHADER_STAGE_MISS_BIT_KHR, &stages[count++]);
+    }
+    if (result == VK_SUCCESS) {
+        result = make_stage(gpu, CLAST_SHADER_DRIVER_HIT, VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, &stages[count++]);
+    }
+    if (result == VK_SUCCESS && desc->filter != CLAST_SHADER_COUNT_) {
+        result = make_stage(gpu, desc->filter, VK_SHADER_STAGE_ANY_HIT_BIT_KHR, &stages[count++]);
     }
     if (result == VK_SUCCESS) {
         result = link_pipeline(driver, stages, count);
@@ -138,22 +139,23 @@ static clast_status make_table(clast_driver *driver)
     if (size > HANDLE_MOST) {
         return clast_fail(gpu->context, CLAST_ERROR_UNSUPPORTED, "vulkan: handles of shaders have %u bytes", size);
     }
-    uint8_t handles[GROUP_COUNT * HANDLE_MOST];
-    VkResult result = gpu->vk.vkGetRayTracingShaderGroupHandlesKHR(gpu->device, driver->pipeline, 0, GROUP_COUNT,
-                                                                   (size_t)GROUP_COUNT * size, handles);
+    uint8_t handles[GROUPS_MOST * HANDLE_MOST];
+    uint32_t count = driver->launch_count + 2;
+    VkResult result = gpu->vk.vkGetRayTracingShaderGroupHandlesKHR(gpu->device, driver->pipeline, 0, count,
+                                                                   (size_t)count * size, handles);
     if (result != VK_SUCCESS) {
         return clast_gpu_fail(gpu, result, "asking for the handles of shaders");
     }
     uint64_t alignment = limits.shaderGroupBaseAlignment != 0 ? limits.shaderGroupBaseAlignment : 1;
     uint64_t stride = round_up(size, limits.shaderGroupHandleAlignment != 0 ? limits.shaderGroupHandleAlignment : 1);
     uint64_t step = round_up(stride, alignment);
-    clast_status status = clast_gpu_allocate(gpu, CLAST_GPU_UPLOAD, GROUP_COUNT * step + alignment,
-                                             "the table of shaders", &driver->table);
+    clast_status status = clast_gpu_allocate(gpu, CLAST_GPU_UPLOAD, count * step + alignment, "the table of shaders",
+                                             &driver->table);
     if (status != CLAST_OK) {
         return status;
     }
     uint64_t skipped = round_up(driver->table.address, alignment) - driver->table.address;
-    for (uint32_t i = 0; i < GROUP_COUNT; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         uint64_t offset = skipped + i * step;
         memcpy((uint8_t *)driver->table.mapped + offset, handles + (size_t)i * size, size);
         driver->records[i] = (VkStridedDeviceAddressRegionKHR){driver->table.address + offset, stride, stride};
@@ -161,7 +163,12 @@ static clast_status make_table(clast_driver *driver)
     return CLAST_OK;
 }
 
-clast_status clast_driver_create(clast_gpu *gpu, clast_shader filter, clast_driver **result)
+static const clast_driver_desc rays_of_buffers = {
+    .launches = {CLAST_SHADER_DRIVER_CLOSEST, CLAST_SHADER_DRIVER_ANY},
+    .launch_count = 2,
+};
+
+clast_status clast_driver_create(clast_gpu *gpu, const clast_driver_desc *desc, clast_driver **result)
 {
     *result = NULL;
     if (!gpu->features.ray_tracing) {
@@ -172,10 +179,13 @@ clast_status clast_driver_create(clast_gpu *gpu, clast_shader filter, clast_driv
     if (driver == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
+    clast_driver_desc whole = desc->launch_count != 0 ? *desc : rays_of_buffers;
+    whole.filter = desc->filter;
     driver->gpu = gpu;
+    driver->launch_count = whole.launch_count;
     clast_status status = make_layout(driver);
     if (status == CLAST_OK) {
-        status = make_pipeline(driver, filter);
+        status = make_pipeline(driver, &whole);
     }
     if (status == CLAST_OK) {
         status = make_table(driver);
@@ -203,35 +213,43 @@ void clast_driver_destroy(clast_driver *driver)
 
 // -------------------------------------------------------------------------------------------------------------- rays
 
+void clast_driver_launch(clast_gpu_commands *commands, const clast_driver *driver, uint32_t launch, const void *push,
+                         uint32_t push_bytes, uint32_t count)
+{
+    clast_gpu *gpu = driver->gpu;
+    if (commands->status != CLAST_OK || count == 0) {
+        return;
+    }
+    uint32_t across = count < LAUNCHES_ACROSS ? count : LAUNCHES_ACROSS;
+    uint32_t down = (count + across - 1) / across;
+    if ((uint64_t)across * down > driver->most) {
+        clast_gpu_note(commands, clast_fail(gpu->context, CLAST_ERROR_LIMIT,
+                                            "vulkan: %u rays; the driver traces %u at a time", count, driver->most));
+        return;
+    }
+    VkStridedDeviceAddressRegionKHR none = {0};
+    const VkStridedDeviceAddressRegionKHR *records = driver->records;
+    gpu->vk.vkCmdBindPipeline(commands->buffer, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, driver->pipeline);
+    gpu->vk.vkCmdBindDescriptorSets(commands->buffer, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, driver->layout, 0, 1,
+                                    &gpu->set, 0, NULL);
+    gpu->vk.vkCmdPushConstants(commands->buffer, driver->layout, ray_stages, 0, push_bytes, push);
+    gpu->vk.vkCmdTraceRaysKHR(commands->buffer, &records[launch], &records[driver->launch_count],
+                              &records[driver->launch_count + 1], &none, across, down, 1);
+}
+
 void clast_driver_trace(clast_gpu_commands *commands, const clast_driver *driver, const clast_driver_scene *scene,
                         const clast_driver_rays *rays)
 {
-    clast_gpu *gpu = driver->gpu;
-    if (commands->status != CLAST_OK || rays->count == 0) {
-        return;
-    }
-    uint32_t across = rays->count < LAUNCHES_ACROSS ? rays->count : LAUNCHES_ACROSS;
-    uint32_t down = (rays->count + across - 1) / across;
-    if ((uint64_t)across * down > driver->most || scene->structure.address == 0) {
+    if (scene->structure.address == 0) {
         clast_gpu_note(commands,
-                       scene->structure.address == 0
-                           ? clast_fail(gpu->context, CLAST_ERROR_STATE, "vulkan: no instances were built")
-                           : clast_fail(gpu->context, CLAST_ERROR_LIMIT,
-                                        "vulkan: %u rays; the driver traces %u at a time", rays->count, driver->most));
+                       clast_fail(driver->gpu->context, CLAST_ERROR_STATE, "vulkan: no instances were built"));
         return;
     }
-    driver_push push = {.structure = scene->structure.address,
-                        .shapes = scene->shapes.address,
+    driver_push push = {.scene = scene->top.address,
                         .rays = rays->rays,
                         .results = rays->results,
                         .counts = rays->counts,
                         .user = rays->user,
                         .count = rays->count};
-    VkStridedDeviceAddressRegionKHR none = {0};
-    gpu->vk.vkCmdBindPipeline(commands->buffer, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, driver->pipeline);
-    gpu->vk.vkCmdBindDescriptorSets(commands->buffer, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, driver->layout, 0, 1,
-                                    &gpu->set, 0, NULL);
-    gpu->vk.vkCmdPushConstants(commands->buffer, driver->layout, ray_stages, 0, sizeof push, &push);
-    gpu->vk.vkCmdTraceRaysKHR(commands->buffer, &driver->records[rays->any ? GROUP_ANY : GROUP_CLOSEST],
-                              &driver->records[GROUP_MISS], &driver->records[GROUP_HIT], &none, across, down, 1);
+    clast_driver_launch(commands, driver, rays->any ? 1 : 0, &push, sizeof push, rays->count);
 }

@@ -106,6 +106,7 @@ typedef struct clast_driver_instance {
 typedef struct clast_driver_scene {
     clast_driver_structure structure;
     clast_gpu_buffer instances, shapes;
+    clast_gpu_buffer top; // clast_driver_top: what launches are told
     clast_driver_scratch scratch;
     uint32_t count;
 } clast_driver_scene;
@@ -118,13 +119,26 @@ uint64_t clast_driver_scene_bytes(const clast_driver_scene *scene);
 
 // ------------------------------------------------------------------------------------------------------------- rays
 
-typedef struct clast_driver clast_driver; // the pipeline that traces
+typedef struct clast_driver clast_driver; // a pipeline that traces
 
-// `filter` is an any-hit shader that decides about hits of filtered instances (shaders/driver/filter.glsl), or
-// CLAST_SHADER_COUNT_ for none. UNSUPPORTED where the device was not opened for ray tracing, or cannot do it.
-clast_status clast_driver_create(clast_gpu *gpu, clast_shader filter, clast_driver **driver);
+enum { CLAST_DRIVER_LAUNCHES_MOST = 8 };
+
+// `filter` is an any-hit shader that decides about hits of filtered instances, or CLAST_SHADER_COUNT_ for none. Launches are ray
+// generation shaders that include driver/trace.glsl, as shaders/driver/rays.glsl and shaders/render/trace.glsl do.
+typedef struct clast_driver_desc {
+    clast_shader filter;
+    clast_shader launches[CLAST_DRIVER_LAUNCHES_MOST];
+    uint32_t launch_count; // 0: those for rays of buffers (clast_driver_trace)
+} clast_driver_desc;
+
+// UNSUPPORTED where the device was not opened for ray tracing, or cannot do it.
+clast_status clast_driver_create(clast_gpu *gpu, const clast_driver_desc *desc, clast_driver **driver);
 // Waits for the device.
 void clast_driver_destroy(clast_driver *driver);
+
+// Runs a launch, by its place in the desc, for each of so many numbers. Needs barriers before and after it.
+void clast_driver_launch(clast_gpu_commands *commands, const clast_driver *driver, uint32_t launch, const void *push,
+                         uint32_t push_bytes, uint32_t count);
 
 typedef struct clast_driver_rays {
     uint64_t rays;    // clast_ray
@@ -135,7 +149,7 @@ typedef struct clast_driver_rays {
     bool any; // whether each ray hits anything, and not the nearest hit
 } clast_driver_rays;
 
-// Traces them. Needs barriers before and after it.
+// Traces them, by a pipeline without launches of its own. Needs barriers before and after it.
 void clast_driver_trace(clast_gpu_commands *commands, const clast_driver *driver, const clast_driver_scene *scene,
                         const clast_driver_rays *rays);
 

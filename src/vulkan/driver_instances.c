@@ -113,6 +113,9 @@ static clast_status reserve_scene(clast_gpu *gpu, size_t count, clast_driver_bui
         status = clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, count * sizeof(clast_driver_shape),
                                    "shapes of the driver's instances", &scene->shapes);
     }
+    if (status == CLAST_OK) {
+        status = clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, sizeof(clast_driver_top), "the driver's scene", &scene->top);
+    }
     return status;
 }
 
@@ -152,6 +155,8 @@ void clast_driver_scene_build(clast_gpu_commands *commands, const clast_driver_i
         return;
     }
     scene->count = (uint32_t)count;
+    clast_driver_top top = {store_address(scene->structure.address), store_address(scene->shapes.address)};
+    clast_gpu_write(commands, &scene->top, 0, &top, sizeof top);
     clast_gpu_barrier(commands);
     clast_driver_build_top(commands, &scene->structure, scene->instances.address, scene->count, &scene->scratch);
 }
@@ -161,6 +166,7 @@ void clast_driver_scene_free(clast_gpu *gpu, clast_driver_scene *scene)
     clast_driver_free(gpu, &scene->structure);
     clast_gpu_free(gpu, &scene->instances);
     clast_gpu_free(gpu, &scene->shapes);
+    clast_gpu_free(gpu, &scene->top);
     clast_gpu_free(gpu, &scene->scratch.buffer);
     *scene = (clast_driver_scene){0};
 }

@@ -156,7 +156,8 @@ static const clast_tlas_instance unmoved = {.transform = {{1, 0, 0, 0}, {0, 1, 0
 static void stage_single(stage *s, mesh m, const clast_driver_structure_desc *desc)
 {
     *s = (stage){.shape_count = 1};
-    assert_ok(device.context, clast_driver_create(device.gpu, CLAST_SHADER_COUNT_, &s->driver));
+    assert_ok(device.context,
+              clast_driver_create(device.gpu, &(clast_driver_desc){.filter = CLAST_SHADER_COUNT_}, &s->driver));
     shape_make(m, 128, desc, &s->shapes[0]);
     stage_place(s, &unmoved, &(size_t){0}, 1);
 }
@@ -300,7 +301,8 @@ static void instances_are_placed_mirrored_and_left_out(void **state)
 {
     (void)state;
     stage s = {.shape_count = 2};
-    assert_ok(device.context, clast_driver_create(device.gpu, CLAST_SHADER_COUNT_, &s.driver));
+    assert_ok(device.context,
+              clast_driver_create(device.gpu, &(clast_driver_desc){.filter = CLAST_SHADER_COUNT_}, &s.driver));
     shape_make(mesh_torus(40, 20, 1.0f, 0.4f), 100, &plain, &s.shapes[0]);
     shape_make(mesh_soup(300, 0.3f, 5), 31, &plain, &s.shapes[1]);
     clast_tlas_instance instances[INSTANCES];
@@ -373,7 +375,8 @@ static void only_hits_of_filtered_instances_are_put_to_the_filter(void **state)
 {
     (void)state;
     stage s = {.shape_count = 1};
-    assert_ok(device.context, clast_driver_create(device.gpu, CLAST_SHADER_PROBE_FILTER, &s.driver));
+    assert_ok(device.context,
+              clast_driver_create(device.gpu, &(clast_driver_desc){.filter = CLAST_SHADER_PROBE_FILTER}, &s.driver));
     shape_make(mesh_soup(700, 0.3f, 13), 64, &plain, &s.shapes[0]);
     clast_tlas_instance instances[2] = {unmoved, unmoved};
     instances[0].filtered = 1;
@@ -453,7 +456,8 @@ static void nothing_is_hit_where_nothing_is(void **state)
 {
     (void)state;
     stage s = {0};
-    assert_ok(device.context, clast_driver_create(device.gpu, CLAST_SHADER_COUNT_, &s.driver));
+    assert_ok(device.context,
+              clast_driver_create(device.gpu, &(clast_driver_desc){.filter = CLAST_SHADER_COUNT_}, &s.driver));
     stage_place(&s, &unmoved, &(size_t){SHAPES}, 0);
     clast_ray ray = {.direction = {1, 0, 0}, .t_max = INFINITY};
     clast_hit hit = {0};
@@ -495,7 +499,8 @@ static void a_device_that_was_not_opened_for_it_is_refused(void **state)
     (void)state;
     test_device other = test_device_open();
     clast_driver *driver;
-    assert_int_equal(clast_driver_create(other.gpu, CLAST_SHADER_COUNT_, &driver), CLAST_ERROR_UNSUPPORTED);
+    assert_int_equal(clast_driver_create(other.gpu, &(clast_driver_desc){.filter = CLAST_SHADER_COUNT_}, &driver),
+                     CLAST_ERROR_UNSUPPORTED);
     assert_null(driver);
     assert_true(test_device_close(&other));
 }
