@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A key for each item: its tree, then where in its tree it is, as halves of the cell before: each time along its longest side.
+// And nothing waits yet for tree_pairs.comp, and nothing is kept.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu.glsl"
@@ -18,11 +19,12 @@ uint place_code(vec3 centre, clast_tree_work work)
     }
     uint code = 0u;
     for (uint bit = 0u; bit < push.code_bits; bit++) {
-        uint axis = size.x >= size.y ? (size.x >= size.z ? 0u : 2u) : (size.y >= size.z ? 1u : 2u);
-        float twice = at[axis] * 2.0;
+        bool is_x = size.x >= size.y && size.x >= size.z, is_y = !is_x && size.y >= size.z;
+        bvec3 axis = bvec3(is_x, is_y, !is_x && !is_y);
+        float twice = 2.0 * (is_x ? at.x : is_y ? at.y : at.z);
         bool high = twice >= 1.0;
-        at[axis] = high ? twice - 1.0 : twice;
-        size[axis] *= 0.5;
+        at = mix(at, vec3(high ? twice - 1.0 : twice), axis);
+        size = mix(size, size * 0.5, axis);
         code = code << 1u | (high ? 1u : 0u);
     }
     return code;
@@ -35,8 +37,14 @@ void main()
         return;
     }
     uint job = job_of_item(i);
+    uints(push.ranges).at[i] = CLAST_NONE;
     clast_tree_job of = tree_jobs(push.jobs).at[job];
     clast_box box = load_item_box(load_address(of.boxes), i - of.first);
+    uint64_t kept = load_address(of.kept);
+    if (kept != 0ul && i == of.first) {
+        kept_head(kept).of.bottoms = 0u;
+        kept_head(kept).of.are_in_row = 0u;
+    }
     uint code = (1u << push.code_bits) - 1u; // empty ones come last
     if (!box_is_empty(box)) {
         clast_tree_work work = tree_works(push.work).at[job];

@@ -19,13 +19,13 @@ uint64_t kept_bottoms_at(uint64_t kept, uint count) { return kept + 16ul + 64ul 
 // vulkan/trees.c hands these over. What a kernel does not need is not there.
 layout(push_constant, scalar) uniform clast_tree_push {
     uint64_t jobs;
-    uint64_t work;   // clast_tree_work of each job
+    uint64_t work;   // clast_tree_work of each job, and one whose root is how much the queue holds
     uint64_t keys;   // of the items of all jobs, in their order; sorted: in the order of `order`
     uint64_t order;  // numbers of items, counted through all jobs
     uint64_t pairs;  // clast_tree_pair: a job's begin where its items do
     uint64_t slots;  // of tree_pairs.comp: two numbers for each item
     uint64_t ranges; // of tree_pairs.comp: where the range ends that waits at an item; 0xffffffff: none does
-    uint64_t queue;  // of tree_widen.comp: a count, one unused, then two numbers each
+    uint64_t queue;  // of tree_widen.comp: two numbers each
     uint job_count;
     uint item_count;  // of all jobs
     uint group_count;

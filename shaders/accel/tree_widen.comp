@@ -170,10 +170,10 @@ void widen_top(widen_job job)
         return;
     }
     if (lane == 0u) {
-        queue_first = atomicAdd(uints(push.queue).at[0], end - begin);
+        queue_first = atomicAdd(tree_works(push.work).at[push.job_count].root, end - begin);
     }
     barrier();
-    uints queue = uints(push.queue + 8ul);
+    uints queue = uints(push.queue);
     for (uint i = begin + lane; i < end; i += GROUP_SIZE) {
         queue.at[2u * (queue_first + i - begin)] = waiting[i];
         queue.at[2u * (queue_first + i - begin) + 1u] = job.number;
@@ -224,9 +224,9 @@ void main()
         return;
     }
     uints queue = uints(push.queue);
-    uint count = queue.at[0];
+    uint count = tree_works(push.work).at[push.job_count].root;
     for (uint i = group; i < count; i += push.group_count) {
-        widen_job job = load_job(queue.at[2u + 2u * i + 1u]);
-        widen_rest(job, queue.at[2u + 2u * i]);
+        widen_job job = load_job(queue.at[2u * i + 1u]);
+        widen_rest(job, queue.at[2u * i]);
     }
 }

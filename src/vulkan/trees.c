@@ -38,8 +38,9 @@ _Static_assert(sizeof(stored_push) <= CLAST_GPU_PUSH_BYTES, "push constants");
 
 struct clast_gpu_trees {
     clast_gpu *gpu;
-    clast_tree_job *jobs; // of this build
-    size_t job_capacity;
+    clast_tree_job *jobs;   // of this build
+    clast_tree_work *works; // as it begins: one more than there are jobs
+    size_t job_capacity, work_capacity;
     clast_gpu_buffer job_buffer, work;
 };
 
@@ -79,6 +80,7 @@ void clast_gpu_trees_destroy(clast_gpu_trees *trees)
         clast_gpu_free(trees->gpu, &trees->job_buffer);
         clast_gpu_free(trees->gpu, &trees->work);
         clast_free(context, trees->jobs);
+        clast_free(context, trees->works);
         clast_free(context, trees);
     }
 }
@@ -128,16 +130,31 @@ static clast_status make_jobs(build *b, const clast_gpu_tree *list)
     return CLAST_OK;
 }
 
-static clast_status upload_jobs(build *b)
+// Jobs and, behind them, what is known of each: nothing. That is wanted where trees are sorted.
+static clast_status upload_jobs(build *b, bool sorted)
 {
     clast_gpu_trees *trees = b->trees;
-    uint64_t bytes = b->job_count * sizeof *trees->jobs;
-    clast_status status = clast_gpu_reserve(trees->gpu, CLAST_GPU_DEVICE, bytes, "tree jobs", &trees->job_buffer);
+    uint64_t job_bytes = b->job_count * sizeof *trees->jobs, work_count = sorted ? b->job_count + UINT64_C(1) : 0;
+    uint64_t work_bytes = work_count * sizeof *trees->works;
+    clast_status status = clast_gpu_reserve(trees->gpu, CLAST_GPU_DEVICE, job_bytes + work_bytes, "tree jobs",
+                                            &trees->job_buffer);
     if (status == CLAST_OK) {
-        clast_gpu_write(b->commands, &trees->job_buffer, 0, trees->jobs, bytes);
-        clast_gpu_barrier(b->commands);
+        status = CLAST_RESERVE(clast_gpu_context(trees->gpu), trees->works, trees->work_capacity, work_count);
     }
-    return status;
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_gpu_write(b->commands, &trees->job_buffer, 0, trees->jobs, job_bytes);
+    if (sorted) {
+        for (uint64_t i = 0; i < work_count; i++) {
+            trees->works[i] = (clast_tree_work){.lower = {CLAST_NONE, CLAST_NONE, CLAST_NONE}};
+        }
+        clast_gpu_write(b->commands, &trees->job_buffer, job_bytes, trees->works, work_bytes);
+    }
+    clast_gpu_barrier(b->commands);
+    b->push.jobs = trees->job_buffer.address;
+    b->push.work = b->push.jobs + job_bytes;
+    return CLAST_OK;
 }
 
 // -------------------------------------------------------------------------------------------------------------- memory
@@ -157,7 +174,6 @@ static uint64_t take_all(build *b, clast_gpu_tree_order order, uint64_t base)
     b->stored.boxes = take(base, &used, groups * sizeof(clast_box));
     if (order == CLAST_GPU_TREE_SORTED) {
         uint64_t key_bytes = (b->sort.wide ? sizeof(uint64_t) : sizeof(uint32_t)) * items;
-        b->push.work = take(base, &used, b->job_count * sizeof(clast_tree_work));
         b->sort.keys = take(base, &used, key_bytes);
         b->sort.spare_keys = take(base, &used, key_bytes);
         b->sort.values = take(base, &used, items * sizeof(uint32_t));
@@ -166,7 +182,7 @@ static uint64_t take_all(build *b, clast_gpu_tree_order order, uint64_t base)
         b->push.pairs = take(base, &used, items * sizeof(clast_tree_pair));
         b->push.slots = take(base, &used, items * 2 * sizeof(uint32_t));
         b->push.ranges = take(base, &used, items * sizeof(uint32_t));
-        b->push.queue = take(base, &used, (items + 1) * 2 * sizeof(uint32_t));
+        b->push.queue = take(base, &used, items * 2 * sizeof(uint32_t));
     }
     return used;
 }
@@ -264,9 +280,6 @@ static void run_pairs(build *b, uint32_t key_words)
 static void build_sorted(build *b)
 {
     uint32_t items = (uint32_t)b->items, key_words = b->sort.wide ? 2 : 1;
-    uint32_t first = items > b->job_count ? items : b->job_count;
-    run(b, CLAST_SHADER_ACCEL_TREE_BEGIN, groups_for(first, GROUP_ITEMS), 0);
-    clast_gpu_barrier(b->commands);
     run(b, CLAST_SHADER_ACCEL_TREE_BOUNDS, groups_for(items, BOUNDS_ITEMS), 0);
     clast_gpu_barrier(b->commands);
     b->push.keys = b->sort.keys;
@@ -302,13 +315,12 @@ clast_status clast_gpu_trees_build(clast_gpu_trees *trees, clast_gpu_commands *c
     }
     clast_gpu_barrier(commands); // earlier builds have done with the working memory
     if (status == CLAST_OK && (count > 1 || order == CLAST_GPU_TREE_SORTED)) {
-        status = upload_jobs(&b);
+        status = upload_jobs(&b, order == CLAST_GPU_TREE_SORTED);
     }
     if (status != CLAST_OK) {
         clast_gpu_note(commands, status);
         return status;
     }
-    b.push.jobs = trees->job_buffer.address;
     b.push.job_count = count;
     b.push.item_count = (uint32_t)b.items;
     if (order == CLAST_GPU_TREE_SORTED) {
@@ -338,7 +350,7 @@ clast_status clast_gpu_trees_refit(clast_gpu_trees *trees, clast_gpu_commands *c
     }
     clast_gpu_barrier(commands);
     if (status == CLAST_OK && count > 1) {
-        status = upload_jobs(&b);
+        status = upload_jobs(&b, false);
     }
     if (status != CLAST_OK) {
         clast_gpu_note(commands, status);
@@ -347,7 +359,7 @@ clast_status clast_gpu_trees_refit(clast_gpu_trees *trees, clast_gpu_commands *c
     if (groups == 0) {
         return CLAST_OK;
     }
-    refit_push push = {trees->job_buffer.address, count, groups, trees->jobs[0]};
+    refit_push push = {b.push.jobs, count, groups, trees->jobs[0]};
     clast_gpu_run(commands, &(clast_gpu_call){.shader = CLAST_SHADER_ACCEL_TREE_REFIT,
                                               .constants = {teams_together(&b)},
                                               .constant_count = 1,
