@@ -26,7 +26,7 @@ uint64_t resident_displaced(unit_reference unit, clast_cluster_record record) { 
 #endif
 
 #ifdef SOURCE_COUNTS
-#include "source/displaced_leaves.glsl"
+#include "source/displaced_draft.glsl"
 #endif
 
 #endif

@@ -21,10 +21,13 @@ shared uint displaced_vertex_sums[DISPLACED_LIST]; // vertices
 // The open record, where it is written: words of its leaves, and of those that are split.
 shared uint displaced_open[DISPLACED_RECORD_TRIANGLES * (1u + DISPLACED_SPLIT_WORDS)];
 
-// Counting and emitting are one walk.
+// Counting and emitting are one walk. A count may write too, into the room of a draft (displaced_draft.glsl): words from its
+// beginning, records from its end, as long as both fit.
 struct displaced_walk
 {
     bool writes;
+    bool drafts;
+    uint room; // words of a draft
     uint64_t words, records;
     uint item, first_vertex, first_word, unit_number, first_pattern;
     clast_source_count count; // of what is closed
@@ -72,18 +75,30 @@ displaced_own_leaf displaced_leaf_of(unit_reference unit, clast_displaced_cluste
 
 // ------------------------------------------------------------------------------------------------------------- writing
 
-void displaced_write_record(displaced_walk walk, uint number, uint form, uint pattern, uint triangles, uint vertices,
-                            uint leaves, uint first_vertex, uint first_word)
+const uint DISPLACED_RECORD_WORDS = 7u; // of clast_cluster_record
+
+void displaced_write_record(displaced_walk walk, uint number, uint form, uint template_index, uint triangles,
+                            uint vertices, uint leaves, uint first_vertex, uint first_word)
 {
     clast_cluster_record record;
     record.unit = walk.unit_number;
-    record.template_index = pattern != CLAST_NONE ? walk.first_pattern + pattern : CLAST_NONE;
+    record.template_index = template_index;
     record.first_vertex = walk.first_vertex + first_vertex;
     record.item = walk.item;
     record.form_and_counts = form_and_counts(form, triangles, vertices);
     record.detail = leaves;
     record.first_word = walk.first_word + first_word;
-    cluster_records(walk.records).at[number] = record;
+    uint64_t address = walk.drafts ? walk.words + 4ul * uint64_t(walk.room - DISPLACED_RECORD_WORDS * (number + 1u))
+                                   : walk.records + 28ul * uint64_t(number);
+    cluster_records(address).at[0] = record;
+}
+
+// Whether the walk writes so many more records and words; a draft that has no room for them is given up.
+bool displaced_may_write(inout displaced_walk walk, uint records, uint words)
+{
+    bool fits = walk.count.words + words + DISPLACED_RECORD_WORDS * (walk.count.clusters + records) <= walk.room;
+    walk.writes = walk.writes && (!walk.drafts || fits);
+    return walk.writes;
 }
 
 void displaced_write_split(uint64_t to, displaced_own_leaf leaf)
@@ -105,14 +120,14 @@ void displaced_close(inout displaced_walk walk)
     bool alone = walk.leaf_count == 1u;
     uint vertices = alone ? displaced_leaf_vertices(walk.lone) : walk.vertex_count;
     uint split_words = walk.split_count * DISPLACED_SPLIT_WORDS;
-    if (walk.writes) {
+    if (displaced_may_write(walk, 1u, 1u + walk.leaf_count + split_words)) {
         barrier(); // what is open has been written
         uint lane = group_lane();
         uints words = uints(walk.words + 4ul * uint64_t(walk.count.words));
         if (lane == 0u) {
             displaced_write_record(walk, walk.count.clusters, alone ? FORM_WHOLE : FORM_COMPOSITE,
-                                   alone ? displaced_leaf_pattern(walk.lone) : CLAST_NONE, walk.triangle_count, vertices,
-                                   walk.leaf_count, walk.count.vertices, walk.count.words);
+                                   alone ? walk.first_pattern + displaced_leaf_pattern(walk.lone) : CLAST_NONE,
+                                   walk.triangle_count, vertices, walk.leaf_count, walk.count.vertices, walk.count.words);
             words.at[0] = walk.count.words; // the item's first word is so far back
         }
         for (uint i = lane; i < walk.leaf_count; i += GROUP_SIZE) {
@@ -145,12 +160,14 @@ void displaced_write_alone(inout displaced_walk walk, displaced_own_leaf leaf, u
     uint sum = displaced_sum_before(first);
     uint vertices = displaced_vertices_before(first);
     uint lane = group_lane();
-    if (walk.writes && lane >= first && lane < end) {
+    uint all = displaced_leaf_sums[end - 1u] - sum;
+    uint all_words = 2u * (end - first) + DISPLACED_SPLIT_WORDS * (all >> 16u);
+    if (displaced_may_write(walk, end - first, all_words) && lane >= first && lane < end) {
         uint before = displaced_sum_before(lane) - sum;
         uint first_word = walk.count.words + 2u * (lane - first) + DISPLACED_SPLIT_WORDS * (before >> 16u);
         uint first_vertex = walk.count.vertices + displaced_vertices_before(lane) - vertices;
-        displaced_write_record(walk, walk.count.clusters + lane - first, FORM_WHOLE, leaf.pattern, leaf.triangles,
-                               leaf.vertices, 1u, first_vertex, first_word);
+        displaced_write_record(walk, walk.count.clusters + lane - first, FORM_WHOLE, walk.first_pattern + leaf.pattern,
+                               leaf.triangles, leaf.vertices, 1u, first_vertex, first_word);
         uints words = uints(walk.words + 4ul * uint64_t(first_word));
         words.at[0] = first_word;
         words.at[1] = leaf.word;
@@ -158,11 +175,10 @@ void displaced_write_alone(inout displaced_walk walk, displaced_own_leaf leaf, u
             displaced_write_split(uint64_t(words) + 8ul, leaf);
         }
     }
-    uint all = displaced_leaf_sums[end - 1u] - sum;
     walk.count.clusters += end - first;
     walk.count.triangles += all & 65535u;
     walk.count.vertices += displaced_vertex_sums[end - 1u] - vertices;
-    walk.count.words += 2u * (end - first) + DISPLACED_SPLIT_WORDS * (all >> 16u);
+    walk.count.words += all_words;
 }
 
 // ------------------------------------------------------------------------------------------------------------- packing
@@ -361,7 +377,8 @@ void displaced_walk_triangles(unit_reference unit, clast_displaced_cluster clust
                     break;
                 }
                 list--;
-                bool whole = list == 0u || ((list & 1u) == 0u ? held[0] : held[1]) == list || displaced_nexts[list] == displaced_lengths[list];
+                bool is_held = list == 0u || ((list & 1u) == 0u ? held[0] : held[1]) == list;
+                bool whole = is_held || displaced_nexts[list] == displaced_lengths[list];
                 made = whole ? list : 0u;
                 continue;
             }
@@ -389,7 +406,8 @@ void displaced_walk_triangles(unit_reference unit, clast_displaced_cluster clust
 void displaced_write_levels(inout displaced_walk walk, uint vertex_count, bool moved)
 {
     uint words = displaced_words_of_levels(vertex_count, moved);
-    for (uint i = group_lane(); walk.writes && i < words; i += GROUP_SIZE) {
+    bool writes = displaced_may_write(walk, 0u, words);
+    for (uint i = group_lane(); writes && i < words; i += GROUP_SIZE) {
         uint second = 2u * i + 1u < vertex_count ? displaced_levels[2u * i + 1u] : 0u;
         uints(walk.words).at[i] = displaced_levels[2u * i] | second << 16u;
     }
@@ -398,10 +416,9 @@ void displaced_write_levels(inout displaced_walk walk, uint vertex_count, bool m
 
 void displaced_write_cooked(inout displaced_walk walk, clast_displaced_cluster cluster)
 {
-    if (walk.writes && group_lane() == 0u) {
-        displaced_write_record(walk, 0u, FORM_WHOLE, CLAST_NONE, cluster.triangle_count, cluster.vertex_count, 0u, 0u,
-                               walk.count.words);
-        cluster_records(walk.records).at[0].template_index = cluster.template_index;
+    if (displaced_may_write(walk, 1u, 1u) && group_lane() == 0u) {
+        displaced_write_record(walk, 0u, FORM_WHOLE, cluster.template_index, cluster.triangle_count, cluster.vertex_count,
+                               0u, 0u, walk.count.words);
         uints(walk.words).at[walk.count.words] = walk.count.words;
     }
     walk.count.clusters = 1u;
@@ -410,13 +427,20 @@ void displaced_write_cooked(inout displaced_walk walk, clast_displaced_cluster c
     walk.count.words++;
 }
 
-// Counts what the item of the walk emits, and writes it where the walk writes.
-void displaced_walk_item(unit_reference unit, inout displaced_walk walk)
+// Begins a walk over an item, that only counts.
+displaced_walk displaced_begin_walk(unit_reference unit, uint item)
 {
-    clast_displaced_cluster cluster = displaced_cluster_of(unit, walk.item);
-    displaced_headers header = displaced_headers(array_of(unit, DISPLACED_ARRAY_HEADER));
+    displaced_walk walk;
+    walk.writes = false;
+    walk.drafts = false;
+    walk.room = 0u;
+    walk.words = 0ul;
+    walk.records = 0ul;
+    walk.item = item;
+    walk.first_vertex = 0u;
+    walk.first_word = 0u;
     walk.unit_number = unit.of.number;
-    walk.first_pattern = header.at[0].first_pattern;
+    walk.first_pattern = displaced_headers(array_of(unit, DISPLACED_ARRAY_HEADER)).at[0].first_pattern;
     walk.count.clusters = 0u;
     walk.count.triangles = 0u;
     walk.count.vertices = 0u;
@@ -428,8 +452,13 @@ void displaced_walk_item(unit_reference unit, inout displaced_walk walk)
     walk.split_count = 0u;
     walk.serial = 1u;
     walk.lone = 0u;
-    displaced_find_rates(unit, cluster);
-    displaced_write_levels(walk, cluster.vertex_count, (header.at[0].flags & DISPLACED_MOVED) != 0u);
+    return walk;
+}
+
+// Counts what the item of the walk emits, whose rates are known, and writes it where the walk writes.
+void displaced_walk_item(unit_reference unit, clast_displaced_cluster cluster, inout displaced_walk walk)
+{
+    displaced_write_levels(walk, cluster.vertex_count, displaced_is_moved(unit));
     bool cut = false;
     for (uint i = group_lane(); i < cluster.edge_count; i += GROUP_SIZE) {
         cut = cut || displaced_factors[i] > 1u;
@@ -446,31 +475,6 @@ void displaced_walk_item(unit_reference unit, inout displaced_walk walk)
         walk.count.words = 0xffffffffu;
         walk.count.blocks = 0xffffffffu;
     }
-}
-
-clast_source_count source_count(unit_reference unit, uint item)
-{
-    displaced_walk walk;
-    walk.writes = false;
-    walk.words = 0ul;
-    walk.records = 0ul;
-    walk.first_vertex = 0u;
-    walk.first_word = 0u;
-    walk.item = item;
-    displaced_walk_item(unit, walk);
-    return walk.count;
-}
-
-void source_emit(unit_reference unit, uint item, uint first_vertex, uint first_word, uint64_t words, uint64_t records)
-{
-    displaced_walk walk;
-    walk.writes = true;
-    walk.words = words;
-    walk.records = records;
-    walk.first_vertex = first_vertex;
-    walk.first_word = first_word;
-    walk.item = item;
-    displaced_walk_item(unit, walk);
 }
 
 #endif

@@ -83,16 +83,19 @@ FN uint displaced_edge_factor(unit_reference unit, clast_displaced_cluster clust
 // The segments of a cluster's edges, and the levels at its vertices. All of the group call it; ends with a barrier.
 void displaced_find_rates(unit_reference unit, clast_displaced_cluster cluster)
 {
-    uint lane = group_lane();
-    if (lane == 0u) {
+    uint lane = group_lane(); // an invocation for each vertex: there are no more
+    clast_displaced_vertex vertex;
+    if (lane < cluster.vertex_count) {
+        vertex = displaced_vertex_at(unit, displaced_vertex_number(unit, cluster, lane));
+    }
+    if (lane == GROUP_SIZE - 1u) { // which seldom has one
         displaced_view = displaced_rate_view(unit, unit.of.view);
     }
     barrier();
-    float scale = unit.of.displacement_scale;
-    for (uint i = lane; i < cluster.vertex_count; i += GROUP_SIZE) {
-        clast_displaced_vertex vertex = displaced_vertex_at(unit, displaced_vertex_number(unit, cluster, i));
-        displaced_levels[i] = displaced_vertex_level(load3(vertex.position), vertex.density_square, vertex.shortest_square);
-        displaced_put_site(i, displaced_end_point(displaced_view, vertex, scale));
+    if (lane < cluster.vertex_count) {
+        displaced_levels[lane] =
+            displaced_vertex_level(load3(vertex.position), vertex.density_square, vertex.shortest_square);
+        displaced_put_site(lane, displaced_end_point(displaced_view, vertex, unit.of.displacement_scale));
     }
     barrier();
     for (uint i = lane; i < cluster.edge_count; i += GROUP_SIZE) {

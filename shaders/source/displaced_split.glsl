@@ -219,7 +219,8 @@ displaced_task displaced_point_task(unit_reference unit, displaced_part part, ui
     clast_weights within = pattern_unrotate(weights_of(displaced_pattern_vertex(unit, pattern, vertex)), rotation);
     task.at = displaced_part_weights(part, within);
     uint corner = (vertex + rotation) % 3u;
-    task.kept = vertex >= 3u ? CLAST_NONE : corner == 0u ? part.levels[0] : corner == 1u ? part.levels[1] : part.levels[2];
+    uint level = corner == 0u ? part.levels[0] : corner == 1u ? part.levels[1] : part.levels[2];
+    task.kept = vertex < 3u ? level : CLAST_NONE;
     task.first = 0u;
     task.second = 0u;
     return task;

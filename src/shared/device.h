@@ -46,6 +46,8 @@ RECORD(clast_device_unit)
     float displacement_scale; // times what the materials say
     // What the frame makes of it.
     packed_address item_counts; // clast_source_count of each item; once added up, the sums before each, from all units on
+    packed_address drafts;      // clast_draft_head, and words: where items emit while they are counted; 0: nowhere
+    packed_address draft_places; // of each item: where its draft begins among these, CLAST_NONE for none
     packed_address sums;        // clast_unit_sums
     packed_address records;     // clast_cluster_record
     packed_address words;       // of the records
@@ -63,7 +65,15 @@ RECORD(clast_device_unit)
     uint filtered;     // 1 where a material of it is not opaque
     clast_box bounds;  // of the pose, in the unit's own space
 };
-RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 10 * 8 + 108 + 20 + 24)
+RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 12 * 8 + 108 + 20 + 24)
+
+// Room for drafts, which items take as they come: where they end up follows from sums over counts, not from this.
+RECORD(clast_draft_head)
+{
+    uint taken; // words; may be more than there are
+    uint room;  // that there are, after this
+};
+RECORD_SIZE(clast_draft_head, 8)
 
 // 64-bit sums over a unit, lower halves first: over its items, by the members of clast_source_count, and over its records.
 LIMIT(UNIT_SUMS_COUNTS, 5u, "that are over items")

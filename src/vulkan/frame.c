@@ -30,7 +30,7 @@ clast_status clast_vulkan_frame_create(clast_gpu *gpu, clast_vulkan_frame **resu
 }
 
 // What a unit has and the frame itself, as lists of buffers: for what is done to all of them.
-enum { UNIT_BUFFERS = 7, FRAME_BUFFERS = 14 };
+enum { UNIT_BUFFERS = 7, FRAME_BUFFERS = 15 };
 
 static void list_unit_buffers(clast_vulkan_unit *unit, clast_gpu_buffer *list[UNIT_BUFFERS])
 {
@@ -42,9 +42,9 @@ static void list_unit_buffers(clast_vulkan_unit *unit, clast_gpu_buffer *list[UN
 static void list_frame_buffers(clast_vulkan_frame *device, clast_gpu_buffer *list[FRAME_BUFFERS])
 {
     clast_gpu_buffer *all[FRAME_BUFFERS] = {
-        &device->unit_records, &device->instances,  &device->instance_of,     &device->head,          &device->spans,
-        &device->item_counts,  &device->sums,       &device->spaces,          &device->scratch,       &device->scene,
-        &device->maps,         &device->placements, &device->placement_boxes, &device->placement_tree};
+        &device->unit_records, &device->instances,  &device->instance_of,     &device->head,           &device->spans,
+        &device->item_counts,  &device->sums,       &device->spaces,          &device->scratch,        &device->scene,
+        &device->maps,         &device->placements, &device->placement_boxes, &device->placement_tree, &device->drafts};
     memcpy(list, all, sizeof all);
 }
 
@@ -129,7 +129,7 @@ clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device)
 {
     clast_frame_bytes bytes = {
         .records = device->item_counts.bytes + device->unit_records.bytes + device->spans.bytes + device->sums.bytes +
-                   device->spaces.bytes + device->scratch.bytes + device->head.bytes,
+                   device->spaces.bytes + device->scratch.bytes + device->head.bytes + device->drafts.bytes,
         .blas = clast_gpu_trees_bytes(device->trees),
         .tlas = device->instances.bytes + device->instance_of.bytes + device->maps.bytes + device->scene.bytes +
                 device->placements.bytes + device->placement_boxes.bytes + device->placement_tree.bytes,
@@ -189,6 +189,7 @@ static void describe_unit(const clast_vulkan_frame *device, size_t number, const
     record->bounds = unit->bounds;
     record->filtered = unit->filtered ? 1 : 0;
     record->sums = store_address(device->sums.address + number * sizeof(clast_unit_sums));
+    record->drafts = store_address(own->drafts);
     record->record_count = own->record_count;
     record->records = store_address(own->records.address);
     record->words = store_address(own->words.address);

@@ -99,12 +99,47 @@ static clast_status place_items(clast_frame *frame, clast_frame_unit *const *lis
     return status;
 }
 
+// Room for drafts of kinds that make them, by unit; none in a frame whose memory is bounded. Without room there are none: then
+// emitting takes longer.
+static void place_drafts(clast_frame *frame, clast_gpu_commands *commands, clast_frame_unit *const *list, size_t count)
+{
+    enum { DRAFT_WORDS = 1536, DRAFT_WORDS_MOST = 1 << 25 }; // of an item, and of all
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    uint64_t items = 0;
+    for (size_t i = 0; i < count; i++) {
+        items += clast_source_of(list[i]->unit)->draft != NULL ? list[i]->unit->item_count : 0;
+        device->units[list[i]->unit->number].drafts = 0;
+    }
+    uint64_t room = items < DRAFT_WORDS_MOST / DRAFT_WORDS ? items * DRAFT_WORDS : DRAFT_WORDS_MOST;
+    uint64_t head_at = (items * sizeof(uint32_t) + 15) / 16 * 16, place = 0;
+    uint64_t bytes = head_at + sizeof(clast_draft_head) + room * sizeof(uint32_t);
+    bool none = items == 0 || frame->settings.max_bytes != 0 ||
+                clast_gpu_reserve(device->gpu, CLAST_GPU_DEVICE, bytes, "drafts", &device->drafts) != CLAST_OK;
+    if (none) {
+        clast_gpu_free(device->gpu, &device->drafts);
+        return;
+    }
+    clast_draft_head head = {0, (uint32_t)room};
+    clast_gpu_write(commands, &device->drafts, head_at, &head, sizeof head);
+    for (size_t i = 0; i < count; i++) {
+        if (clast_source_of(list[i]->unit)->draft != NULL) {
+            size_t number = list[i]->unit->number;
+            device->units[number].drafts = device->drafts.address + head_at;
+            device->records[number].draft_places = store_address(device->drafts.address + place * sizeof(uint32_t));
+            place += list[i]->unit->item_count;
+        }
+    }
+}
+
 static clast_status record_count(clast_frame *frame, clast_gpu_commands *commands, clast_frame_unit *const *list,
                                  size_t count, float rate, bool keep)
 {
     clast_vulkan_frame *device = clast_vulkan_of(frame);
     clast_span_range ranges[CLAST_KINDS_MOST];
     clast_status status = keep ? place_items(frame, list, count) : CLAST_OK;
+    if (keep && status == CLAST_OK) {
+        place_drafts(frame, commands, list, count);
+    }
     device->span_count = 0;
     for (uint32_t kind = 0; kind < clast_source_kind_count && status == CLAST_OK; kind++) {
         status = clast_vulkan_add_spans(device, list, count, kind, clast_item_groups, &ranges[kind]);
@@ -114,7 +149,9 @@ static clast_status record_count(clast_frame *frame, clast_gpu_commands *command
         return status;
     }
     for (size_t i = 0; i < count; i++) {
-        device->records[list[i]->unit->number].view.rate = rate;
+        clast_device_unit *record = &device->records[list[i]->unit->number];
+        record->view.rate = rate;
+        record->drafts = store_address(keep ? device->units[list[i]->unit->number].drafts : 0);
     }
     clast_vulkan_write_units(device, commands);
     for (uint32_t kind = 0; kind < clast_source_kind_count; kind++) {

@@ -14,6 +14,7 @@ typedef struct clast_vulkan_unit {
     uint32_t record_count;
     bool filtered;         // that placements tell
     uint64_t first_item;   // of the unit in what was counted last
+    uint64_t drafts;       // where items emitted while that was kept; 0: nowhere
     uint64_t first_record; // of the unit in what is emitted now
 } clast_vulkan_unit;
 
@@ -32,6 +33,7 @@ struct clast_vulkan_frame {
     clast_gpu_buffer scene; // clast_device_scene: what rays are traced through, as are the next
     clast_gpu_buffer placements, placement_boxes, placement_tree;
     clast_gpu_buffer spans, item_counts, sums, spaces, scratch;
+    clast_gpu_buffer drafts; // places by item, then clast_draft_head and its words
     clast_device_span *span_list; // what `spans` gets
     size_t span_count, span_capacity;
     clast_unit_sums *unit_sums; // what came back, by geometry number

@@ -19,7 +19,8 @@ typedef struct twin {
     clast_mirror *mirror;
     clast_frame_unit unit;
     clast_device_unit record;
-    clast_gpu_buffer units, spans, counts, sums, records, words, vertices, corners;
+    clast_gpu_buffer units, spans, counts, sums, drafts, draft_places, records, words, vertices, corners;
+    uint32_t draws; // how many were compared
 } twin;
 
 static twin twin_open(const kind_world *world)
@@ -31,8 +32,8 @@ static twin twin_open(const kind_world *world)
 
 static void twin_close(twin *t)
 {
-    clast_gpu_buffer *const buffers[] = {&t->units,   &t->spans, &t->counts,   &t->sums,
-                                         &t->records, &t->words, &t->vertices, &t->corners};
+    clast_gpu_buffer *const buffers[] = {&t->units,        &t->spans,   &t->counts, &t->sums,     &t->drafts,
+                                         &t->draft_places, &t->records, &t->words,  &t->vertices, &t->corners};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
         clast_gpu_free(device.gpu, buffers[i]);
     }
@@ -51,6 +52,18 @@ static void reserve(clast_gpu_buffer *buffer, size_t bytes)
     assert_ok(device.context, clast_gpu_reserve(device.gpu, CLAST_GPU_DEVICE, bytes + 16, "test", buffer));
 }
 
+// Room for drafts: none, more than is ever needed, or so little that most items find none.
+static void make_room_for_drafts(twin *t, clast_gpu_commands *commands)
+{
+    static const uint32_t rooms[] = {0, 1 << 22, 900};
+    clast_draft_head head = {0, rooms[t->draws++ % 3]};
+    reserve(&t->drafts, sizeof head + rooms[1] * sizeof(uint32_t));
+    reserve(&t->draft_places, t->world->unit->item_count * sizeof(uint32_t));
+    clast_gpu_write(commands, &t->drafts, 0, &head, sizeof head);
+    t->record.drafts = store_address(head.room != 0 ? t->drafts.address : 0);
+    t->record.draft_places = store_address(t->draft_places.address);
+}
+
 // Uploads the unit as a pose and a view have it.
 static void mirror_unit(twin *t, clast_gpu_commands *commands, const clast_pose *pose, const clast_source_view *view)
 {
@@ -66,6 +79,7 @@ static void mirror_unit(twin *t, clast_gpu_commands *commands, const clast_pose 
     t->record.view = *view;
     t->record.item_counts = store_address(t->counts.address);
     t->record.sums = store_address(t->sums.address);
+    make_room_for_drafts(t, commands);
 }
 
 static void write_unit(twin *t, clast_gpu_commands *commands)
