@@ -2,6 +2,7 @@
 // Structures and rays on a Vulkan device, beside the acceleration structures and the ray tracing pipeline of its driver: times
 // are the device's own, in milliseconds.
 //
+//   sort                  ms for 262,144 keys of 32 bits, with values
 //   copy                  GB/s read and written by a kernel that copies
 //   fill                  vertices are written; of meshes: all are moved
 //   fill_fit              vertices are written and clusters fitted in one go; of meshes: gathered from the moved ones, and fitted
@@ -9,6 +10,7 @@
 //   fill_fit_share        the same: bytes written (of meshes: and gathered) a second, as a share of what `copy` does
 //   tree_kept             the tree over the clusters, in the order in which they are stored
 //   tree_sorted           the same, whatever their order
+//   tree_refit            such a tree fitted to boxes that moved
 //   ready_vs_build        fill_fit and tree_kept: rays can be traced; the driver's fastest build, its vertices not included
 //   ready_vs_trace_build  the same; the driver's build for fast rays
 //   ready_vs_update       the same; the driver's update of its fastest build
@@ -25,12 +27,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "vulkan/sort.h"
+
 enum {
     TURNS = 11,
     TURNS_QUICK = 5,
     COPY_BYTES_HARDWARE = 1 << 30,
     COPY_BYTES_SOFTWARE = 1 << 24,
     DIFFER_MOST = 1000, // rays of a million
+    SORT_PAIRS = 1 << 18,
 };
 
 // What is measured, in turns.
@@ -131,6 +136,11 @@ static void record_tree(const vulkan_turn *turn, clast_gpu_commands *commands)
     vulkan_tree(turn->work, commands, turn->order);
 }
 
+static void record_refit(const vulkan_turn *turn, clast_gpu_commands *commands)
+{
+    vulkan_tree_refit(turn->work, commands);
+}
+
 static void record_ready(const vulkan_turn *turn, clast_gpu_commands *commands)
 {
     vulkan_fit(turn->work, commands);
@@ -171,6 +181,10 @@ static void measure_parts(bench *b, vulkan_work *work, double copy)
               median_of(b, (vulkan_turn){.work = work, .record = record_tree, .order = CLAST_GPU_TREE_STORED}), true);
     add_plain(b, work, "tree_sorted", "ms",
               median_of(b, (vulkan_turn){.work = work, .record = record_tree, .order = CLAST_GPU_TREE_SORTED}), true);
+    clast_gpu_commands *commands = vulkan_begin(work->device);
+    vulkan_tree_keep(work, commands);
+    vulkan_finish(work->device, commands);
+    add_plain(b, work, "tree_refit", "ms", median_of(b, (vulkan_turn){.work = work, .record = record_refit}), true);
 }
 
 static void measure_ready(bench *b, vulkan_work *work)
@@ -302,6 +316,44 @@ static double measure_copy(bench *b, vulkan_device *device)
     return rate;
 }
 
+static clast_gpu_sort_desc sorted; // what record_sort sorts
+
+static void record_sort(const vulkan_turn *turn, clast_gpu_commands *commands)
+{
+    (void)turn;
+    clast_gpu_sort(commands, &sorted);
+    clast_gpu_barrier(commands);
+}
+
+static void measure_sort(bench *b, vulkan_device *device)
+{
+    uint32_t *keys = malloc(SORT_PAIRS * sizeof *keys), key = 1;
+    vulkan_check(device, keys != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY);
+    for (uint32_t i = 0; i < SORT_PAIRS; i++) {
+        keys[i] = key = key * 1664525u + 1013904223u;
+    }
+    clast_gpu_buffer buffers[4], scratch;
+    for (int i = 0; i < 4; i++) {
+        vulkan_upload(device, keys, SORT_PAIRS * sizeof *keys, "sorted", &buffers[i]);
+    }
+    vulkan_allocate(device, CLAST_GPU_SORT_SCRATCH, "scratch of sorts", &scratch);
+    sorted = (clast_gpu_sort_desc){.keys = buffers[0].address,
+                                   .values = buffers[1].address,
+                                   .spare_keys = buffers[2].address,
+                                   .spare_values = buffers[3].address,
+                                   .scratch = scratch.address,
+                                   .count = SORT_PAIRS,
+                                   .bits = 32,
+                                   .numbered = true};
+    vulkan_work work = {.device = device, .name = "sort", .triangle_count = SORT_PAIRS};
+    add_plain(b, &work, "sort", "ms", median_of(b, (vulkan_turn){.work = &work, .record = record_sort}), true);
+    for (int i = 0; i < 4; i++) {
+        clast_gpu_free(device->gpu, &buffers[i]);
+    }
+    clast_gpu_free(device->gpu, &scratch);
+    free(keys);
+}
+
 static void measure_work(bench *b, vulkan_device *device, vulkan_kind kind, vulkan_surface surface, uint32_t triangles,
                          double copy)
 {
@@ -331,6 +383,7 @@ static void measure_all(bench *b, vulkan_device *device)
     const uint32_t sizes[] = {1u << 20, 1u << 23, 1u << 25};
     uint32_t size_count = b->options.triangles != 0 ? 1 : b->options.quick ? 2 : 3;
     double copy = measure_copy(b, device);
+    measure_sort(b, device);
     for (size_t i = 0; i < sizeof works / sizeof *works; i++) {
         for (uint32_t s = 0; s < size_count && bench_wants(b, works[i].name); s++) {
             uint32_t triangles = b->options.triangles != 0 ? b->options.triangles : sizes[s];

@@ -257,6 +257,29 @@ void vulkan_tree(const vulkan_work *work, clast_gpu_commands *commands, clast_gp
     clast_gpu_barrier(commands);
 }
 
+static clast_gpu_tree kept_tree(const vulkan_work *work)
+{
+    return (clast_gpu_tree){.boxes = work->boxes.address,
+                            .items = work->places.address,
+                            .nodes = work->kept_nodes.address,
+                            .kept = work->kept.address,
+                            .count = work->cluster_count};
+}
+
+void vulkan_tree_keep(const vulkan_work *work, clast_gpu_commands *commands)
+{
+    clast_gpu_tree tree = kept_tree(work);
+    clast_gpu_trees_build(work->device->trees, commands, &tree, 1, CLAST_GPU_TREE_SORTED);
+    clast_gpu_barrier(commands);
+}
+
+void vulkan_tree_refit(const vulkan_work *work, clast_gpu_commands *commands)
+{
+    clast_gpu_tree tree = kept_tree(work);
+    clast_gpu_trees_refit(work->device->trees, commands, &tree, 1);
+    clast_gpu_barrier(commands);
+}
+
 // ------------------------------------------------------------------------------------------------------------- scene
 
 // The unit, where it is, as the only instance.
@@ -327,6 +350,8 @@ void vulkan_work_make(vulkan_device *device, vulkan_kind kind, vulkan_surface su
     vulkan_allocate(device, (uint64_t)work->cluster_count * sizeof(clast_box), "boxes", &work->boxes);
     vulkan_allocate(device, clast_gpu_tree_bytes(work->cluster_count), "tree", &work->nodes);
     vulkan_allocate(device, sizeof(clast_box), "bounds", &work->bounds);
+    vulkan_allocate(device, clast_gpu_tree_bytes(work->cluster_count), "fitted tree", &work->kept_nodes);
+    vulkan_allocate(device, clast_gpu_tree_kept_bytes(work->cluster_count), "what is kept", &work->kept);
     make_scene(work);
     place_camera(work);
     if (device->driver != NULL) {
@@ -339,10 +364,10 @@ void vulkan_work_free(vulkan_work *work)
     vulkan_peer_free(work);
     clast_gpu *gpu = work->device->gpu;
     clast_gpu_buffer *const buffers[] = {
-        &work->inputs, &work->places, &work->firsts,    &work->vertices, &work->clusters, &work->boxes,
-        &work->nodes,  &work->bounds, &work->rotations, &work->patterns, &work->weights,  &work->templates,
-        &work->pairs,  &work->rest,   &work->positions, &work->numbers,  &work->faults,   &work->placement,
-        &work->top,    &work->scene,  &work->scratch};
+        &work->inputs, &work->places, &work->firsts,    &work->vertices, &work->clusters,  &work->boxes,
+        &work->nodes,  &work->bounds, &work->rotations, &work->patterns, &work->weights,   &work->templates,
+        &work->pairs,  &work->rest,   &work->positions, &work->numbers,  &work->faults,    &work->placement,
+        &work->top,    &work->scene,  &work->scratch,   &work->kept,     &work->kept_nodes};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
         clast_gpu_free(gpu, buffers[i]);
     }

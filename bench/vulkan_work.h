@@ -43,6 +43,7 @@ typedef struct vulkan_work {
     clast_template_set *set;
     clast_topologies topologies;
     clast_gpu_buffer inputs, places, firsts, vertices, clusters, boxes, nodes, bounds;
+    clast_gpu_buffer kept, kept_nodes;                                   // of a tree that is fitted anew
     clast_gpu_buffer rotations, patterns, weights;                       // of patterns
     clast_gpu_buffer templates, pairs, rest, positions, numbers, faults; // of meshes: of all copies
     uint32_t copies, side, rest_count;
@@ -69,6 +70,8 @@ void vulkan_work_free(vulkan_work *work);
 void vulkan_fill(const vulkan_work *work, clast_gpu_commands *commands); // vertices alone; of meshes, the shared ones
 void vulkan_fit(const vulkan_work *work, clast_gpu_commands *commands);  // and boxes, in one go; meshes gather theirs
 void vulkan_tree(const vulkan_work *work, clast_gpu_commands *commands, clast_gpu_tree_order order);
+void vulkan_tree_keep(const vulkan_work *work, clast_gpu_commands *commands); // a sorted tree, beside the other
+void vulkan_tree_refit(const vulkan_work *work, clast_gpu_commands *commands);
 
 // vulkan_peer.c: the driver's structures; `is_there` is false where it cannot have them.
 void vulkan_peer_make(vulkan_work *work);
