@@ -26,13 +26,14 @@
 const uint TRACE_STACK = 52u;
 
 // A group of children: `at` is a node's number or a cluster's place. The bits of `rest`:
-const uint GROUP_LEFT = 255u;    // children that are left, the next the highest
-const uint GROUP_TURN = 8u;      // three bits: child = bit ^ turn
+const uint GROUP_LEFT = 255u;     // children that are left, the next the highest
+const uint GROUP_TURN = 8u;       // three bits: child = bit ^ turn
 const uint GROUP_CLUSTER = 2048u; // the children are a cluster's nodes
+const uint GROUP_START = 4096u;   // there is one child, which is `at`
+const uint GROUP_COUNTS = 16u;    // of a cluster's nodes: its counts
 // A group of leaves has beside the first two:
 const uint LEAVES_SECOND = 2048u; // the first pair of the next leaf was looked at
 const uint LEAVES_NODE = 12u;     // three bits: the leaves are eight times this and on
-const uint LEAVES_COUNTS = 16u;   // the cluster's counts
 
 const float SLACK = 1.9073486328125e-6; // 2^-19
 const float BYTES_SHIFT = 1024.0;       // what bytes that became halves have too much
@@ -44,6 +45,8 @@ struct trace_place
 {
     uint placement, cluster, triangle;
 };
+
+bool trace_found();
 
 struct trace_state
 {
@@ -269,18 +272,23 @@ bool wins_tie(exact_hit hit, exact_hit best)
 // Whether a triangle becomes the best hit; then its distance is exact.
 bool resolve(trace_place place, out float t)
 {
-    exact_hit hit = find_exactly(place);
-    t = hit.t;
-    if (!hit.there || !(hit.t >= TRACE_RAY().t_min) || hit.t > trace.t + trace.t_slack) {
-        return false;
+    exact_hit hit, best;
+    bool has_best = trace_found();
+    [[dont_unroll]] for (uint i = has_best ? 0u : 1u; i < 2u; i++) {
+        exact_hit found = find_exactly(i == 0u ? trace.best : place);
+        if (i == 0u) {
+            best = found;
+        }
+        hit = found;
     }
-    if (trace.best.placement != CLAST_NONE) {
-        exact_hit best = find_exactly(trace.best);
+    t = hit.t;
+    if (has_best) {
         trace.t = best.t;
         trace.t_slack = 0.0;
-        if (hit.t > best.t || (hit.t == best.t && !wins_tie(hit, best))) {
-            return false;
-        }
+    }
+    if (!hit.there || !(hit.t >= TRACE_RAY().t_min && hit.t <= trace.t) ||
+        (has_best && hit.t == best.t && !wins_tie(hit, best))) {
+        return false;
     }
 #ifdef TRACE_FILTER
     if (trace.filtered) {
@@ -343,22 +351,19 @@ precise vec3 rough_edges(vec3 a, vec3 b, vec3 c)
     return vec3(at_a, at_b, at_c);
 }
 
-void test_triangle(uint triangle, vec3 a, vec3 b, vec3 c, bool unsound)
+// Whether a ray passes a triangle with these edge functions: 1; or may, as one is zero: 2.
+uint passes(vec3 edges)
 {
-    vec3 edges = rough_edges(a, b, c);
     ivec3 bits = floatBitsToInt(edges);
     bool same = ((bits.x ^ bits.y) | (bits.x ^ bits.z)) >= 0;
-    bool unsure = unsound || min(min(abs(edges.x), abs(edges.y)), abs(edges.z)) == 0.0;
-    if (same || unsure) {
-        float depth = edges.x * a.z + edges.y * b.z + edges.z * c.z, sum = edges.x + edges.y + edges.z;
-        consider(triangle, depth / sum * trace.shear.along * trace.shear.along_rest, unsure);
-    }
+    bool zero = min(min(abs(edges.x), abs(edges.y)), abs(edges.z)) == 0.0;
+    return zero ? 2u : same ? 1u : 0u;
 }
 
 // The next pair of the group of leaves.
 void step_pair()
 {
-    uint counts = trace.leaves >> LEAVES_COUNTS, shift = cluster_shift(counts);
+    uint counts = trace.leaves >> GROUP_COUNTS, shift = cluster_shift(counts);
     uint bit = uint(findMSB(trace.leaves & GROUP_LEFT));
     uint leaf = (trace.leaves >> LEAVES_NODE & 7u) * TREE_CHILDREN + (bit ^ (trace.leaves >> GROUP_TURN & 7u));
     uint second = (trace.leaves & LEAVES_SECOND) != 0u ? 1u : 0u;
@@ -374,14 +379,23 @@ void step_pair()
     vec3 b = shear_vertex(pair_corner(pair.first, 1u), axes, moved);
     vec3 c = shear_vertex(pair_corner(pair.first, 2u), axes, moved);
     vec3 d = shear_vertex(pair_corner(pair.second, 2u), axes, moved);
-    test_triangle(2u * number, a, b, c, unsound);
     vec3 p = a, q = c;
     if (!pair_is_fan(pair)) {
         p = shear_vertex(pair_corner(pair.second, 0u), axes, moved);
         q = shear_vertex(pair_corner(pair.second, 1u), axes, moved);
     }
-    if (!pair_is_lone(pair) && trace.more) {
-        test_triangle(2u * number + 1u, p, q, d, unsound);
+    vec3 edges = rough_edges(a, b, c), depths = vec3(a.z, b.z, c.z);
+    vec3 second_edges = rough_edges(p, q, d);
+    uint first_passes = unsound ? 2u : passes(edges);
+    uint second_passes = pair_is_lone(pair) ? 0u : unsound ? 2u : passes(second_edges);
+    [[dont_unroll]] for (uint i = first_passes != 0u ? 0u : 1u; i < (second_passes != 0u ? 2u : 1u) && trace.more; i++) {
+        if (i == 1u) {
+            edges = second_edges;
+            depths = vec3(p.z, q.z, d.z);
+        }
+        float depth = edges.x * depths.x + edges.y * depths.y + edges.z * depths.z;
+        float t = depth / (edges.x + edges.y + edges.z) * trace.shear.along * trace.shear.along_rest;
+        consider(2u * number + i, t, (i == 0u ? first_passes : second_passes) == 2u);
     }
 }
 
@@ -389,8 +403,8 @@ void step_pair()
 
 bool has_leaves() { return (trace.leaves & GROUP_LEFT) != 0u; }
 
-// Takes the next child; the rest of its group waits. False where there is none.
-bool next_child(out uint at, out uint child, out bool in_cluster)
+// Takes the next child: a cluster's node, or `at` alone tells which. The rest of its group waits. False where there is none.
+bool next_child(out uint at, out uint node, out bool in_cluster)
 {
     if ((trace.rest & GROUP_LEFT) == 0u) {
         if (trace.height == 0u) {
@@ -404,44 +418,31 @@ bool next_child(out uint at, out uint child, out bool in_cluster)
         trace.rest = trace_stack[trace.height].y;
     }
     uint bit = uint(findMSB(trace.rest & GROUP_LEFT));
+    uint child = bit ^ (trace.rest >> GROUP_TURN & 7u);
     trace.rest &= ~(1u << bit);
     at = trace.at;
-    child = bit ^ (trace.rest >> GROUP_TURN & 7u);
+    node = child + 1u;
     in_cluster = (trace.rest & GROUP_CLUSTER) != 0u;
+    if ((trace.rest & (GROUP_CLUSTER | GROUP_START)) == 0u) {
+        at = uints(trace.nodes + 96ul * at + 64ul).at[child];
+    }
     if ((trace.rest & GROUP_LEFT) != 0u) {
         trace_stack[trace.height] = uvec2(trace.at, trace.rest);
         trace.height++;
-        trace.rest = 0u;
     }
     return true;
 }
 
-// A node of a tree.
-void look_at_node(uint number)
+// What a cluster's node leaves to do, of bits of its children: its nodes, or leaves.
+void leave_cluster(uint place, uint node, uint64_t address, uint bits)
 {
-    uint4s node = uint4s(trace.nodes + 96ul * number);
-    uvec4 base = node.at[0];
-    uint bits = test_boxes(base, node.at[1], node.at[2], node.at[3]);
-    uint turn = tree_turn(base.w >> 24u);
-    trace.at = number;
-    trace.rest = turn_bits(bits, turn) | turn << GROUP_TURN;
-    trace.steps++;
-}
-
-// A node of a cluster: 0 is the root.
-void look_at_cluster(uint place, uint node)
-{
-    uint64_t address = trace.clusters + uint64_t(CLUSTER_UNIT) * place;
     uint4s head = uint4s(address);
-    uint4s sides = uint4s(address + CLUSTER_HEAD_BYTES + CLUSTER_NODE_BYTES * node);
-    uvec4 base = head.at[0], info = head.at[2];
-    uint bits = test_boxes(base, sides.at[0], sides.at[1], sides.at[2]);
-    uint orders = node < 2u ? info.z : uints(address + 40u).at[node >> 1u];
-    uint turn = cluster_turn(orders >> (node & 1u) * 16u & 0xffffu);
-    uint nodes = cluster_nodes(info.y), leaves = cluster_leaves(info.y);
+    uint counts = node == 0u ? head.at[2].y : trace.rest >> GROUP_COUNTS;
+    uint turn = cluster_turn(uints(address + 40ul).at[node >> 1u] >> (node & 1u) * 16u);
+    uint nodes = cluster_nodes(counts), leaves = cluster_leaves(counts);
     uint left = nodes == 1u ? leaves : node == 0u ? nodes - 1u : leaves - (node - 1u) * TREE_CHILDREN;
     bits &= (1u << min(left, 8u)) - 1u; // rays from far away may meet boxes that are inside out
-    uint group = turn_bits(bits, turn) | turn << GROUP_TURN;
+    uint group = turn_bits(bits, turn) | turn << GROUP_TURN | counts << GROUP_COUNTS;
     if (nodes > 1u && node == 0u) {
         trace.at = place;
         trace.rest = group | GROUP_CLUSTER;
@@ -450,32 +451,43 @@ void look_at_cluster(uint place, uint node)
         trace.vertices = load_address(addresses.xy);
         trace.pairs = load_address(addresses.zw);
         trace.leaves_at = place;
-        trace.leaves = group | (max(node, 1u) - 1u) << LEAVES_NODE | info.y << LEAVES_COUNTS;
+        trace.leaves = group | (max(node, 1u) - 1u) << LEAVES_NODE;
         trace.rest = 0u;
     }
-    trace.steps += node == 0u ? 1u : 0u;
 }
 
 // Goes to the next node, and finds which of its children the ray meets.
 void step_node()
 {
-    uint at, child;
+    uint at, node; // of a cluster: its place, and which of its nodes; else the node's number
     bool in_cluster;
-    if (!next_child(at, child, in_cluster)) {
+    if (!next_child(at, node, in_cluster)) {
         trace.more = false;
         return;
     }
-    if (in_cluster) {
-        look_at_cluster(at, child + 1u);
-        return;
+    if ((at & CHILD_ITEM) != 0u) {
+        at &= ~CHILD_ITEM;
+        in_cluster = trace.placement != CLAST_NONE;
+        node = 0u;
+        if (!in_cluster) {
+            if (!enter(at)) {
+                trace.rest = 0u;
+                return;
+            }
+            at = 0u;
+        }
     }
-    uint number = uints(trace.nodes + 96ul * at + 64ul).at[child];
-    if ((number & CHILD_ITEM) == 0u) {
-        look_at_node(number);
-    } else if (trace.placement != CLAST_NONE) {
-        look_at_cluster(number & ~CHILD_ITEM, 0u);
-    } else if (enter(number & ~CHILD_ITEM)) {
-        look_at_node(0u);
+    uint64_t address = in_cluster ? trace.clusters + uint64_t(CLUSTER_UNIT) * at : trace.nodes + 96ul * at;
+    uint4s sides = uint4s(address + (in_cluster ? CLUSTER_HEAD_BYTES + CLUSTER_NODE_BYTES * node : 16u));
+    uvec4 base = uint4s(address).at[0];
+    uint bits = test_boxes(base, sides.at[0], sides.at[1], sides.at[2]);
+    trace.steps += !in_cluster || node == 0u ? 1u : 0u;
+    if (in_cluster) {
+        leave_cluster(at, node, address, bits);
+    } else {
+        uint turn = tree_turn(base.w >> 24u);
+        trace.at = at;
+        trace.rest = turn_bits(bits, turn) | turn << GROUP_TURN;
     }
 }
 
@@ -492,7 +504,6 @@ void begin_trace(uint64_t scene, clast_ray ray, bool any)
     trace.t = ray.t_max <= NUMBER_MOST ? ray.t_max : NUMBER_MOST;
     trace.t_slack = 0.0;
     trace.best = trace_place(CLAST_NONE, 0u, 0u);
-    trace.rest = 0u;
     trace.leaves = 0u;
     trace.height = 0u;
     trace.base = 0u;
@@ -500,15 +511,10 @@ void begin_trace(uint64_t scene, clast_ray ray, bool any)
     trace.steps = 0u;
     uint count = scene_reference(scene).of.placement_count;
     trace.more = count != 0u && is_valid_ray(ray);
-    if (trace.more) {
-        if (count > 1u) {
-            enter_world();
-            look_at_node(0u);
-        } else if (enter(0u)) {
-            look_at_node(0u);
-        } else {
-            trace.more = false;
-        }
+    trace.at = count == 1u ? CHILD_ITEM : 0u; // alone: its own tree says whether the ray meets it
+    trace.rest = 1u | GROUP_START;
+    if (count > 1u && trace.more) {
+        enter_world();
     }
 }
 
@@ -539,28 +545,31 @@ precise vec3 normal_of(exact_hit hit, uint64_t placement)
     return (from.at[0].flags & PLACEMENT_MIRRORED) != 0u ? -normal : normal;
 }
 
-// What was found. `instance` is CLAST_NONE where nothing was.
-clast_hit traced_hit()
+// A hit as the caller gets it, of what was found by a ray that ended at t.
+clast_hit hit_at(trace_place place, float t, uint steps)
 {
     clast_hit result;
-    result.t = trace.t;
+    result.t = t;
     result.barycentrics = store2(vec2(0.0));
     result.normal = store3(vec3(0.0));
     result.instance = CLAST_NONE;
     result.cluster = 0u;
     result.triangle = 0u;
-    result.steps = trace.steps;
-    if (trace_found()) {
-        exact_hit hit = find_exactly(trace.best);
+    result.steps = steps;
+    if (place.placement != CLAST_NONE) {
+        exact_hit hit = find_exactly(place);
         result.t = hit.t;
         result.barycentrics = store2(vec2(hit.u, hit.v));
-        result.normal = store3(normal_of(hit, placement_address(trace.best.placement)));
+        result.normal = store3(normal_of(hit, placement_address(place.placement)));
         result.instance = hit.instance;
         result.cluster = hit.cluster;
         result.triangle = hit.triangle;
     }
     return result;
 }
+
+// What was found. `instance` is CLAST_NONE where nothing was.
+clast_hit traced_hit() { return hit_at(trace.best, trace.t, trace.steps); }
 
 // The nearest hit: clast_trace_closest.
 clast_hit trace_closest(uint64_t scene, clast_ray ray)

@@ -37,7 +37,15 @@ void store_ray()
 {
     if (TRACE_ANY) {
         uints(push.to).at[trace_ray_number] = trace_found() ? 1u : 0u;
-    } else {
+    } else if (TRACE_REFILL == 0u) {
         hits(push.to).at[trace_ray_number] = traced_hit();
+    } else {
+        // Few invocations end at a time: what is costly is left to trace_finish.comp.
+        hits to = hits(push.to);
+        to.at[trace_ray_number].t = trace.t;
+        to.at[trace_ray_number].instance = trace.best.placement;
+        to.at[trace_ray_number].cluster = trace.best.cluster;
+        to.at[trace_ray_number].triangle = trace.best.triangle;
+        to.at[trace_ray_number].steps = trace.steps;
     }
 }

@@ -43,13 +43,20 @@ static void trace(clast_gpu_commands *commands, const clast_gpu_rays *rays, clas
     }
     rays_push push = {rays->scene, rays->rays, rays->to, rays->scratch != NULL ? rays->scratch->address : 0,
                       rays->count};
-    clast_gpu_run(commands, &(clast_gpu_call){.shader = shader,
-                                              .constants = {group, refill, choose(tuning->steps, STEPS),
-                                                            choose(tuning->pairs, incoherent ? 1 : 0), tuning->bytes},
-                                              .constant_count = 5,
-                                              .push = &push,
-                                              .push_bytes = sizeof push,
-                                              .groups = groups});
+    clast_gpu_call call = {.shader = shader,
+                           .constants = {group, refill, choose(tuning->steps, STEPS),
+                                         choose(tuning->pairs, incoherent ? 1 : 0), tuning->bytes},
+                           .constant_count = 5,
+                           .push = &push,
+                           .push_bytes = sizeof push,
+                           .groups = groups};
+    clast_gpu_run(commands, &call);
+    if (refill != 0 && shader == CLAST_SHADER_ACCEL_TRACE_CLOSEST) {
+        call.shader = CLAST_SHADER_ACCEL_TRACE_FINISH;
+        call.groups = ((uint64_t)rays->count + group - 1) / group;
+        clast_gpu_barrier(commands);
+        clast_gpu_run(commands, &call);
+    }
 }
 
 void clast_gpu_trace_closest(clast_gpu_commands *commands, const clast_gpu_rays *rays)
