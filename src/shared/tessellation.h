@@ -48,28 +48,45 @@ FN vec3 curved_edge_term(vec3 a, vec3 b, vec3 normal_a, vec3 normal_b, float s, 
     return curved_edge(a, b, normal_a) * (s * s * t) + curved_edge(b, a, normal_b) * (t * t * s);
 }
 
-// Of a triangle's corners and their unit normals. On an edge the third corner's terms are zero, and both triangles add the same
-// numbers, in pairs.
-FN vec3 curved_position(const vec3 p[3], const vec3 n[3], vec3 weights)
+// The points of a triangle that control its edges: of edge k the one near its first end, then three more for the second ends.
+FN vec3 curved_control(const vec3 p[3], const vec3 n[3], uint number)
+{
+    uint first = number % 3u;
+    uint second = (number + 1u) % 3u;
+    uint near_end = number < 3u ? first : second;
+    return curved_edge(p[near_end], p[number < 3u ? second : first], n[near_end]);
+}
+
+// Of a triangle's corners and the six points that control its edges. On an edge the third corner's terms are zero, and both
+// triangles add the same numbers, in pairs.
+FN vec3 curved_blend(const vec3 p[3], const vec3 controls[6], vec3 weights)
 {
     float a = weights[0];
     float b = weights[1];
     float c = weights[2];
     vec3 corners = (p[0] * (a * a * a) + p[1] * (b * b * b)) + p[2] * (c * c * c);
-    vec3 edges = (curved_edge_term(p[0], p[1], n[0], n[1], a, b) + curved_edge_term(p[1], p[2], n[1], n[2], b, c)) +
-                 curved_edge_term(p[2], p[0], n[2], n[0], c, a);
-    vec3 around = (curved_edge(p[0], p[1], n[0]) + curved_edge(p[1], p[0], n[1])) +
-                  (curved_edge(p[1], p[2], n[1]) + curved_edge(p[2], p[1], n[2])) +
-                  (curved_edge(p[2], p[0], n[2]) + curved_edge(p[0], p[2], n[0]));
+    vec3 edges = ((controls[0] * (a * a * b) + controls[3] * (b * b * a)) + (controls[1] * (b * b * c) + controls[4] * (c * c * b))) +
+                 (controls[2] * (c * c * a) + controls[5] * (a * a * c));
+    vec3 around = (controls[0] + controls[3]) + (controls[1] + controls[4]) + (controls[2] + controls[5]);
     vec3 centre = around * 0.25f - (p[0] + p[1] + p[2]) * 0.166666667f;
     return (corners + edges * 3.0f) + centre * (6.0f * a * b * c);
 }
 
-FN vec3 curved_point(const vec3 p[3], const vec3 n[3], clast_weights at)
+FN vec3 curved_position(const vec3 p[3], const vec3 n[3], vec3 weights)
 {
-    vec3 weights = vec3(to_float(at.of[0]), to_float(at.of[1]), to_float(at.of[2]));
-    return curved_position(p, n, weights * power_of_two(112u));
+    vec3 controls[6];
+    for (uint i = 0u; i < 6u; i++) {
+        controls[i] = curved_control(p, n, i);
+    }
+    return curved_blend(p, controls, weights);
 }
+
+FN vec3 curved_weights(clast_weights at)
+{
+    return vec3(to_float(at.of[0]), to_float(at.of[1]), to_float(at.of[2])) * power_of_two(112u);
+}
+
+FN vec3 curved_point(const vec3 p[3], const vec3 n[3], clast_weights at) { return curved_position(p, n, curved_weights(at)); }
 
 // ---------------------------------------------------------------------------------------------------------------- view
 

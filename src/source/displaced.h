@@ -113,6 +113,7 @@ clast_box clast_displaced_rest_box(const displaced_unit *unit, const clast_pose 
 // A triangle with all that its points are blended from.
 typedef struct displaced_face {
     vec3 positions[3], normals[3];
+    vec3 controls[6];    // curved_control(), where it is curved
     vec2 coordinates[3]; // its own
     const displaced_map *map;
     const displaced_vertex *vertices[3];

@@ -2,6 +2,8 @@
 // Segments of edges and levels of maps of displaced meshes, by the formulas of shared/tessellation.h.
 #include "source/displaced.h"
 
+#include "base/thread.h"
+
 // --------------------------------------------------------------------------------------------------------- vertices
 
 vec3 clast_displaced_position(const displaced_unit *unit, const clast_pose *pose, const displaced_vertex *vertex)
@@ -44,36 +46,79 @@ vec3 clast_displaced_normal(const displaced_unit *unit, const clast_pose *pose, 
     return stable_normalize3(sum);
 }
 
-clast_box clast_displaced_rest_box(const displaced_unit *unit, const clast_pose *pose)
+// Boxes of chunks of vertices or triangles.
+enum { BOX_CHUNKS = 64 };
+typedef struct box_job {
+    const displaced_unit *unit;
+    const clast_pose *pose;
+    size_t grain;
+    clast_box boxes[BOX_CHUNKS];
+} box_job;
+
+static void widen(clast_box *box, vec3 point)
 {
-    const clast_mesh *mesh = &unit->base.geometry->of.mesh;
-    clast_box box = {{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
-    vec3 lower = load3(box.lower), upper = load3(box.upper);
-    for (size_t i = 0; i < unit->vertex_count; i++) {
-        vec3 position = clast_displaced_position(unit, pose, &unit->vertices[i]);
-        lower = min3(lower, position);
-        upper = max3(upper, position);
+    box->lower = store3(min3(load3(box->lower), point));
+    box->upper = store3(max3(load3(box->upper), point));
+}
+
+static void vertex_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    box_job *job = data;
+    clast_box box = job->boxes[begin / job->grain];
+    for (size_t i = begin; i < end; i++) {
+        widen(&box, clast_displaced_position(job->unit, job->pose, &job->unit->vertices[i]));
     }
-    // a curved triangle lies within the hull of the points that control it
-    for (size_t i = 0; unit->curved && i < mesh->triangle_count; i++) {
+    job->boxes[begin / job->grain] = box;
+}
+
+// A curved triangle lies within the hull of the points that control it.
+static void curved_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    box_job *job = data;
+    const displaced_unit *unit = job->unit;
+    const clast_mesh *mesh = &unit->base.geometry->of.mesh;
+    clast_box box = job->boxes[begin / job->grain];
+    for (size_t i = begin; i < end; i++) {
         vec3 p[3], n[3], sum = splat3(0.0f);
         for (uint32_t k = 0; k < 3; k++) {
             const displaced_vertex *vertex = &unit->vertices[unit->vertex_of[mesh->indices[3 * i + k]]];
-            p[k] = clast_displaced_position(unit, pose, vertex);
-            n[k] = clast_displaced_normal(unit, pose, vertex);
+            p[k] = clast_displaced_position(unit, job->pose, vertex);
+            n[k] = clast_displaced_normal(unit, job->pose, vertex);
         }
         for (uint32_t k = 0; k < 6; k++) {
-            uint32_t near = k % 3, far = k < 3 ? (k + 1) % 3 : (k + 2) % 3;
-            vec3 control = curved_edge(p[near], p[far], n[near]);
-            lower = min3(lower, control);
-            upper = max3(upper, control);
+            vec3 control = curved_control(p, n, k);
+            widen(&box, control);
             sum += control;
         }
-        vec3 centre = sum * 0.25f - (p[0] + p[1] + p[2]) * 0.166666667f;
-        lower = min3(lower, centre);
-        upper = max3(upper, centre);
+        widen(&box, sum * 0.25f - (p[0] + p[1] + p[2]) * 0.166666667f);
     }
-    return (clast_box){store3(lower), store3(upper)};
+    job->boxes[begin / job->grain] = box;
+}
+
+static void add_boxes(box_job *job, size_t count, clast_range_function function)
+{
+    job->grain = (count + BOX_CHUNKS - 1) / BOX_CHUNKS;
+    clast_parallel_for(job->unit->base.context, count, job->grain, function, job);
+}
+
+clast_box clast_displaced_rest_box(const displaced_unit *unit, const clast_pose *pose)
+{
+    clast_box box = {{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
+    box_job job = {.unit = unit, .pose = pose};
+    for (uint32_t i = 0; i < BOX_CHUNKS; i++) {
+        job.boxes[i] = box;
+    }
+    add_boxes(&job, unit->vertex_count, vertex_range);
+    if (unit->curved) {
+        add_boxes(&job, unit->base.geometry->of.mesh.triangle_count, curved_range);
+    }
+    for (uint32_t i = 0; i < BOX_CHUNKS; i++) {
+        box.lower = store3(min3(load3(box.lower), load3(job.boxes[i].lower))); // of some nothing
+        box.upper = store3(max3(load3(box.upper), load3(job.boxes[i].upper)));
+    }
+    return box;
 }
 
 // ------------------------------------------------------------------------------------------------------------ faces
@@ -97,6 +142,9 @@ displaced_face clast_displaced_face(const displaced_unit *unit, const clast_pose
         face.vertices[k] = displaced_vertex_of(unit, cluster, displaced_corner(triangle, k));
         face.positions[k] = clast_displaced_position(unit, pose, face.vertices[k]);
         face.normals[k] = clast_displaced_normal(unit, pose, face.vertices[k]);
+    }
+    for (uint32_t k = 0; unit->curved && k < 6; k++) {
+        face.controls[k] = curved_control(face.positions, face.normals, k);
     }
     face.map = &unit->maps[plain ? face.vertices[0]->map : displaced_map_of(unit, mesh_triangle)];
     for (uint32_t k = 0; k < 3; k++) {
@@ -137,7 +185,7 @@ displaced_site clast_displaced_site(const displaced_unit *unit, const displaced_
 
 vec3 clast_displaced_base(const displaced_unit *unit, const displaced_face *face, clast_weights at)
 {
-    return unit->curved ? curved_point(face->positions, face->normals, at)
+    return unit->curved ? curved_blend(face->positions, face->controls, curved_weights(at))
                         : blend3(face->positions[0], face->positions[1], face->positions[2], at);
 }
 

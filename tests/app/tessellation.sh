@@ -31,6 +31,21 @@ finer=$(triangles --segment 1)
 near=$(triangles --camera globe)
 [ "$(triangles --camera yard --tess-camera globe)" -eq "$near" ] || wrong "--tess-camera does not keep the triangles"
 
+# A table of patterns of one's own.
+awk -f "$DATA/patterns.awk" >fans.txt
+fans=$(triangles --patterns fans.txt)
+[ "$fans" -gt "$least" ] && [ "$fans" -lt "$usual" ] || wrong "--patterns: $fans triangles, not between $least and $usual"
+[ "$(triangles --patterns fans.txt --rate 0)" -eq "$least" ] || wrong "--patterns: the least is another"
+works render --quiet --width 80 --height 45 --spp 1 --view triangle yard/scene.json own.png
+works render --quiet --width 80 --height 45 --spp 1 --view triangle --patterns fans.txt yard/scene.json fans.png
+cmp -s own.png fans.png && wrong "--patterns changes no triangle"
+works export --quiet --patterns fans.txt --metric fixed --segment 5 --instance 0 --weld yard/scene.json fans.ply
+sed '/^pattern 11 11 11/,$d' fans.txt >short.txt
+fails 1 'short.txt' render --patterns short.txt yard/scene.json no.png
+sed 's/^triangle 11 0 3$/triangle 11 3 0/' fans.txt >turned.txt
+fails 1 'turned.txt' render --patterns turned.txt yard/scene.json no.png
+absent no.png
+
 # Budgets are kept, and the least is told.
 half=$(((usual + least) / 2))
 [ "$(triangles --max-triangles $half)" -le $half ] || wrong "--max-triangles $half is not kept"
