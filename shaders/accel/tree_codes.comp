@@ -44,6 +44,7 @@ void main()
     if (kept != 0ul && i == of.first) {
         kept_head(kept).of.bottoms = 0u;
         kept_head(kept).of.are_in_row = 0u;
+        kept_head(kept).of.room = of.count;
     }
     uint code = (1u << push.code_bits) - 1u; // empty ones come last
     if (!box_is_empty(box)) {

@@ -11,9 +11,9 @@ ARRAY_OF(tree_works, clast_tree_work, 4)
 ARRAY_OF(kept_nodes, clast_tree_kept_node, 16)
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer kept_head { clast_tree_kept of; };
 
-// Of a tree of so many items: the nodes by their numbers follow the head, then the numbers of the bottoms.
+// The nodes by their numbers follow the head, then the numbers of the bottoms.
 uint64_t kept_nodes_at(uint64_t kept) { return kept + 16ul; }
-uint64_t kept_bottoms_at(uint64_t kept, uint count) { return kept + 16ul + 64ul * max(count, 1u); }
+uint64_t kept_bottoms_at(uint64_t kept) { return kept + 16ul + 64ul * kept_head(kept).of.room; }
 
 #ifndef TREE_PUSH // the kernel has its own
 // vulkan/trees.c hands these over. What a kernel does not need is not there.

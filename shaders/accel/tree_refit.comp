@@ -149,7 +149,7 @@ void main()
         uint number = CLAST_NONE;
         if (i < bottoms) {
             bool in_row = kept_head(kept).of.are_in_row != 0u;
-            number = in_row ? kept_head(kept).of.first_bottom + i : uints(kept_bottoms_at(kept, job.count)).at[i];
+            number = in_row ? kept_head(kept).of.first_bottom + i : uints(kept_bottoms_at(kept)).at[i];
         }
         walk_up(job, number);
     }

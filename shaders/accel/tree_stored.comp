@@ -125,7 +125,7 @@ void keep(phase_job job, uint level, uint number, uint below, clast_box box)
             head.bottoms = level_nodes(job.count, 1u);
             head.are_in_row = 1u;
             head.first_bottom = own;
-            head.unused = 0u;
+            head.room = job.count;
             kept_head(job.kept).of = head;
         }
     }

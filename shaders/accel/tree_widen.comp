@@ -118,7 +118,7 @@ void keep(widen_job job, uint number, uint below, clast_box box, bool is_root)
         }
         if (nodes_below == 0.0) {
             uint at = atomicAdd(kept_head(job.kept).of.bottoms, 1u);
-            uints(kept_bottoms_at(job.kept, job.count)).at[at] = number;
+            uints(kept_bottoms_at(job.kept)).at[at] = number;
         }
     }
 }

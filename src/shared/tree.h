@@ -32,7 +32,7 @@ RECORD(clast_tree_kept)
     uint bottoms;      // nodes of items only
     uint are_in_row;   // 1: these are nodes first_bottom and the next; 0: `bottom` of the numbers tells them
     uint first_bottom;
-    uint unused;
+    uint room;         // numbers that nodes may have
 };
 RECORD_SIZE(clast_tree_kept, 16)
 RECORD(clast_tree_kept_node)

@@ -368,3 +368,41 @@ clast_status clast_gpu_trees_refit(clast_gpu_trees *trees, clast_gpu_commands *c
                                               .groups = groups});
     return CLAST_OK;
 }
+
+// -------------------------------------------------------------------------------------------------------------- shapes
+
+uint64_t clast_gpu_tree_shape_bytes(const clast_tree *tree)
+{
+    return sizeof(clast_tree_kept) + tree->node_count * (sizeof(clast_tree_kept_node) + sizeof(uint32_t));
+}
+
+clast_status clast_gpu_tree_shape(clast_context *context, const clast_tree *tree, void *memory)
+{
+    if (tree->node_count == 0 || tree->level_count > TREE_LEVELS) {
+        return clast_fail(context, CLAST_ERROR_UNSUPPORTED, "a tree of %u levels; devices trace through 1 to %u",
+                          tree->level_count, TREE_LEVELS);
+    }
+    clast_tree_kept *head = memory;
+    clast_tree_kept_node *nodes = (clast_tree_kept_node *)(head + 1);
+    uint32_t *bottoms = (uint32_t *)(nodes + tree->node_count);
+    *head = (clast_tree_kept){.room = tree->node_count};
+    nodes[0].parent = CLAST_NONE;
+    for (uint32_t i = 0; i < tree->node_count; i++) { // parents come before their children
+        const clast_node *from = &tree->nodes[i];
+        bool is_bottom = true;
+        nodes[i].box = tree->boxes[i];
+        nodes[i].arrivals = 0;
+        for (uint32_t k = 0; k < TREE_CHILDREN; k++) {
+            bool there = k < from->child_count;
+            nodes[i].children[k] = there ? from->children[k] : CLAST_NONE;
+            if (there && (from->children[k] & CHILD_ITEM) == 0) {
+                nodes[from->children[k]].parent = i;
+                is_bottom = false;
+            }
+        }
+        if (is_bottom) {
+            bottoms[head->bottoms++] = i;
+        }
+    }
+    return CLAST_OK;
+}

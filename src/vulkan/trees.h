@@ -7,6 +7,7 @@
 #ifndef CLAST_VULKAN_TREES_H
 #define CLAST_VULKAN_TREES_H
 
+#include "accel/structures.h"
 #include "shared/tree.h"
 #include "vulkan/gpu.h"
 
@@ -47,10 +48,14 @@ void clast_gpu_trees_destroy(clast_gpu_trees *trees);
 // barriers, before it and between its kernels; what follows needs one.
 clast_status clast_gpu_trees_build(clast_gpu_trees *trees, clast_gpu_commands *commands, const clast_gpu_tree *list,
                                    uint32_t count, clast_gpu_tree_order order);
-// Fits trees to new boxes of the same items. They were built with what is kept, and addresses may have changed since, but for
-// what is there. One kernel, with a barrier before it; what follows needs one.
+// Fits trees to new boxes of the same items. What is kept is a build's or a shape's; the other addresses may be others than then. One kernel, with a barrier before it; what follows needs one.
 clast_status clast_gpu_trees_refit(clast_gpu_trees *trees, clast_gpu_commands *commands, const clast_gpu_tree *list,
                                    uint32_t count);
+// What is kept of a tree of the processor's over the same items, so that one that was built with care, once, is fitted on the
+// device whenever boxes move: to be written to the device, for clast_gpu_trees_refit. Its nodes take
+// clast_gpu_tree_bytes(tree->node_count) bytes. UNSUPPORTED where the tree has more than TREE_LEVELS levels, or no nodes.
+uint64_t clast_gpu_tree_shape_bytes(const clast_tree *tree);
+clast_status clast_gpu_tree_shape(clast_context *context, const clast_tree *tree, void *memory);
 // Bytes of the device's memory that builds have taken for work.
 uint64_t clast_gpu_trees_bytes(const clast_gpu_trees *trees);
 

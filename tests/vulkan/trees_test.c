@@ -178,8 +178,9 @@ static void free_trees(test_trees *t)
     free(t->nodes);
 }
 
-// Then fits them to `moved`, where it is not null.
-static void build_and_fit(test_trees *t, clast_gpu_tree_order order, const clast_box *moved)
+// Then fits them to `moved`, where it is not null. A shape is fitted, and nothing built.
+static void run_trees(test_trees *t, clast_gpu_tree_order order, const clast_box *moved, const void *shape,
+                      uint64_t shape_bytes)
 {
     uint64_t box_bytes = t->items * sizeof *t->boxes, node_bytes = (t->items + t->count) * sizeof *t->nodes;
     uint64_t bound_bytes = t->count * sizeof *t->bounds;
@@ -206,7 +207,11 @@ static void build_and_fit(test_trees *t, clast_gpu_tree_order order, const clast
     clast_gpu_write(commands, &boxes, 0, t->boxes, box_bytes);
     clast_gpu_write(commands, &refs, 0, t->refs, t->items * sizeof *t->refs);
     clast_gpu_fill(commands, &nodes, 0, node_bytes, 0xabababab);
-    assert_ok(device.context, clast_gpu_trees_build(trees, commands, list, t->count, order));
+    if (shape != NULL) {
+        clast_gpu_write(commands, &kept, 0, shape, shape_bytes);
+    } else {
+        assert_ok(device.context, clast_gpu_trees_build(trees, commands, list, t->count, order));
+    }
     for (int round = 0; moved != NULL && round < 2; round++) { // the second changes nothing
         clast_gpu_barrier(commands);
         clast_gpu_write(commands, &boxes, 0, moved, box_bytes);
@@ -225,7 +230,17 @@ static void build_and_fit(test_trees *t, clast_gpu_tree_order order, const clast
 
 static void build(test_trees *t, clast_gpu_tree_order order)
 {
-    build_and_fit(t, order, NULL);
+    run_trees(t, order, NULL, NULL, 0);
+}
+
+static void build_and_fit(test_trees *t, clast_gpu_tree_order order, const clast_box *moved)
+{
+    run_trees(t, order, moved, NULL, 0);
+}
+
+static void fit_shape(test_trees *t, const void *shape, uint64_t bytes)
+{
+    run_trees(t, CLAST_GPU_TREE_STORED, t->boxes, shape, bytes);
 }
 
 // ------------------------------------------------------------------------------------------------------------ checking
@@ -432,20 +447,52 @@ static void trees_are_fitted_to_boxes_that_moved(void **state)
     }
 }
 
-// The area of the nodes of the processor's tree.
-static double processor_area(const test_trees *t, clast_build how)
+static clast_tree processor_tree(const test_trees *t, clast_build how)
 {
     clast_context *context = device.context;
     clast_arena arena = {clast_allocate(context, clast_tree_scratch(t->items), 1), 0};
     assert_non_null(arena.memory);
     clast_tree tree = {0};
     assert_ok(context, clast_tree_build(context, &tree, t->boxes, NULL, t->items, how, &arena));
+    clast_free(context, arena.memory);
+    return tree;
+}
+
+static void trees_of_the_processor_are_fitted(void **state)
+{
+    (void)state;
+    const uint32_t counts[] = {1, 8, 9, 5000};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        test_trees t = make_trees(&counts[i], 1, make_uniform);
+        clast_tree tree = processor_tree(&t, CLAST_BUILD_BEST);
+        uint64_t bytes = clast_gpu_tree_shape_bytes(&tree);
+        void *shape = allocate(bytes, 1);
+        assert_ok(device.context, clast_gpu_tree_shape(device.context, &tree, shape));
+        uint64_t seed = 77;
+        for (uint32_t k = 0; k < t.items; k++) {
+            t.boxes[k] = make_uniform(k, t.items, &seed);
+        }
+        fit_shape(&t, shape, bytes);
+        checker c = check_tree(&t, 0);
+        assert_int_equal(c.nodes, tree.node_count);
+        clast_tree_free(device.context, &tree);
+        free(shape);
+        free_trees(&t);
+    }
+    clast_tree none = {0};
+    assert_int_equal(clast_gpu_tree_shape(device.context, &none, NULL), CLAST_ERROR_UNSUPPORTED);
+}
+
+// The area of the nodes of the processor's tree.
+static double processor_area(const test_trees *t, clast_build how)
+{
+    clast_context *context = device.context;
+    clast_tree tree = processor_tree(t, how);
     double area = 0;
     for (uint32_t i = 0; i < tree.node_count; i++) {
         area += half_area_of(&tree.boxes[i]);
     }
     clast_tree_free(context, &tree);
-    clast_free(context, arena.memory);
     return area;
 }
 
@@ -484,6 +531,7 @@ int main(void)
         cmocka_unit_test(too_many_items_are_refused),
         cmocka_unit_test(the_same_boxes_give_the_same_nodes),
         cmocka_unit_test(trees_are_fitted_to_boxes_that_moved),
+        cmocka_unit_test(trees_of_the_processor_are_fitted),
         cmocka_unit_test(trees_are_about_as_good_as_the_processors),
     };
     int failures = cmocka_run_group_tests(tests, NULL, NULL);
