@@ -140,7 +140,7 @@ clast_status displaced_flight_fly(displaced_flight *f, uint32_t number, displace
 
 // -------------------------------------------------------------------------------------------------------------- device
 
-// A Vulkan device, to trace there what the processor built trees over: clusters are fitted there. Null, and the reason printed,
+// A Vulkan device, to trace there what the processor built trees over: clusters are fitted and trees built there. Null, and the reason printed,
 // where there is none.
 typedef struct device_tracer device_tracer;
 device_tracer *device_tracer_create(clast_context *context);

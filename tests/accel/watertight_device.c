@@ -9,6 +9,7 @@
 struct device_tracer {
     clast_gpu *gpu;
     clast_context *context;
+    clast_gpu_trees *trees;
     clast_gpu_buffer rays, results, scratch;
 };
 
@@ -27,6 +28,12 @@ device_tracer *device_tracer_create(clast_context *context)
         free(d);
         return NULL;
     }
+    if (clast_gpu_trees_create(d->gpu, &d->trees) != CLAST_OK) {
+        fprintf(stderr, "%s\n", clast_context_error(context));
+        clast_gpu_destroy(d->gpu);
+        free(d);
+        return NULL;
+    }
     printf("device: %s\n", clast_gpu_features_of(d->gpu)->name);
     return d;
 }
@@ -37,6 +44,7 @@ void device_tracer_destroy(device_tracer *d)
         clast_gpu_free(d->gpu, &d->rays);
         clast_gpu_free(d->gpu, &d->results);
         clast_gpu_free(d->gpu, &d->scratch);
+        clast_gpu_trees_destroy(d->trees);
         clast_gpu_destroy(d->gpu);
         free(d);
     }
@@ -45,7 +53,8 @@ void device_tracer_destroy(device_tracer *d)
 device_tlas *device_tlas_create(device_tracer *d, const clast_tlas *tlas, const device_tlas *first)
 {
     device_tlas *made = calloc(1, sizeof *made);
-    if (device_scene_make_with(d->gpu, tlas, first != NULL ? &first->scene : NULL, &made->scene) != CLAST_OK) {
+    if (device_scene_make_with(d->gpu, tlas, first != NULL ? &first->scene : NULL, d->trees, &made->scene) !=
+        CLAST_OK) {
         fprintf(stderr, "%s\n", clast_context_error(d->context));
         device_tlas_destroy(d, made);
         return NULL;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Brings a TLAS of the processor, and all below it, to a device: clusters are fitted there, trees are those of the processor.
+// Brings a TLAS of the processor, and all below it, to a device: clusters are fitted there; trees are built there, or are those of
+// the processor.
 #ifndef CLAST_TESTS_VULKAN_DEVICE_SCENE_H
 #define CLAST_TESTS_VULKAN_DEVICE_SCENE_H
 
@@ -10,11 +11,12 @@
 #include "shared/cluster.h"
 #include "vulkan/fit.h"
 #include "vulkan/pairs.h"
+#include "vulkan/trees.h"
 
 // A pool's clusters and a tree over them.
 typedef struct device_blas {
     const clast_blas *blas;
-    clast_gpu_buffer pairs, templates, inputs, vertices, clusters, boxes, nodes;
+    clast_gpu_buffer pairs, templates, inputs, vertices, clusters, boxes, items, nodes;
     uint32_t *places;
     clast_device_cluster *clusters_in;
     size_t count;
@@ -24,8 +26,9 @@ typedef struct device_scene {
     clast_gpu *gpu;
     device_blas *blases;
     size_t blas_count;
-    bool borrowed; // the BLASes are another scene's
-    clast_gpu_buffer nodes, placements, scene;
+    bool borrowed;          // the BLASes are another scene's
+    clast_gpu_trees *trees; // to build trees with; null: they are the processor's
+    clast_gpu_buffer nodes, placements, boxes, scene;
 } device_scene;
 
 static inline clast_status device_upload(clast_gpu_commands *commands, const void *data, size_t bytes,
@@ -70,16 +73,33 @@ static inline clast_tree_node device_node(const clast_node *from, const uint32_t
     return to;
 }
 
+// With room for any tree over so many items. Where the device will build it, there is nothing in it yet.
 static inline clast_status device_tree(clast_gpu_commands *commands, const clast_tree *tree, const uint32_t *places,
-                                       clast_gpu_buffer *buffer)
+                                       size_t items, bool later, clast_gpu_buffer *buffer)
 {
-    clast_tree_node *nodes = malloc(((size_t)tree->node_count + 1) * sizeof *nodes);
+    size_t room = items > tree->node_count ? items : tree->node_count;
+    clast_tree_node *nodes = calloc(room + 1, sizeof *nodes);
     for (uint32_t i = 0; i < tree->node_count; i++) {
-        nodes[i] = device_node(&tree->nodes[i], places);
+        nodes[i] = device_node(later ? &(clast_node){0} : &tree->nodes[i], places);
     }
-    clast_status status = device_upload(commands, nodes, tree->node_count * sizeof *nodes, buffer);
+    clast_status status = device_upload(commands, nodes, (room + 1) * sizeof *nodes, buffer);
     free(nodes);
     return status;
+}
+
+// Which slots the processor's tree has.
+static inline bool *device_used_slots(const clast_blas *blas)
+{
+    bool *used = calloc(blas->pool->count + 1, sizeof *used);
+    for (uint32_t i = 0; i < blas->tree.node_count; i++) {
+        const clast_node *node = &blas->tree.nodes[i];
+        for (uint32_t k = 0; k < node->child_count; k++) {
+            if ((node->children[k] & CLAST_CHILD_ITEM) != 0) {
+                used[node->children[k] & ~CLAST_CHILD_ITEM] = true;
+            }
+        }
+    }
+    return used;
 }
 
 // Slots are numbered as they are; each has its pairs, whatever its template.
@@ -92,11 +112,12 @@ static inline clast_status device_clusters(clast_gpu_commands *commands, device_
     to->clusters_in = calloc(count + 1, sizeof *to->clusters_in);
     to->places = calloc(count + 1, sizeof *to->places);
     float *vertices = malloc((count + 1) * (size_t)TEMPLATE_VERTICES * 12);
+    bool *used = device_used_slots(to->blas);
     uint32_t place = 0;
     size_t pair_count = 0;
     for (size_t i = 0; i < count; i++) {
         const clast_clas *clas = clast_pool_slot(pool, i);
-        if (clas->topology == 0) { // nothing there
+        if (clas->topology == 0 || !used[i]) { // nothing there
             const float nowhere[3] = {NAN, NAN, NAN};
             templates[i].pairs = store_address(pair_count * sizeof *pairs);
             templates[i].counts = cluster_counts(1, 0);
@@ -135,6 +156,8 @@ static inline clast_status device_clusters(clast_gpu_commands *commands, device_
     status = status == CLAST_OK ? clast_gpu_allocate(clast_gpu_of(commands), CLAST_GPU_DEVICE,
                                                      (uint64_t)place * CLUSTER_UNIT + 16, "clusters", &to->clusters)
                                 : status;
+    status = status == CLAST_OK ? device_upload(commands, to->places, count * sizeof *to->places, &to->items) : status;
+    free(used);
     free(pairs);
     free(templates);
     free(vertices);
@@ -154,7 +177,7 @@ static inline void device_fit(clast_gpu_commands *commands, const device_blas *b
 static inline void device_blas_free(clast_gpu *gpu, device_blas *b)
 {
     clast_gpu_buffer *const buffers[] = {&b->pairs,    &b->templates, &b->inputs, &b->vertices,
-                                         &b->clusters, &b->boxes,     &b->nodes};
+                                         &b->clusters, &b->boxes,     &b->items,  &b->nodes};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
         clast_gpu_free(gpu, buffers[i]);
     }
@@ -202,7 +225,9 @@ static inline clast_status device_scene_blases(clast_gpu_commands *commands, con
         device_blas *made = &scene->blases[scene->blas_count++];
         made->blas = blas;
         clast_status status = device_clusters(commands, made);
-        status = status == CLAST_OK ? device_tree(commands, &blas->tree, made->places, &made->nodes) : status;
+        status = status == CLAST_OK
+                     ? device_tree(commands, &blas->tree, made->places, made->count, scene->trees != NULL, &made->nodes)
+                     : status;
         if (status != CLAST_OK) {
             return status;
         }
@@ -210,11 +235,33 @@ static inline clast_status device_scene_blases(clast_gpu_commands *commands, con
     return CLAST_OK;
 }
 
+static inline clast_status device_build(const device_scene *scene, clast_gpu_commands *commands, uint64_t boxes,
+                                        uint64_t items, uint64_t nodes, size_t count)
+{
+    clast_gpu_tree tree = {.boxes = boxes, .items = items, .nodes = nodes, .count = (uint32_t)count};
+    clast_gpu_barrier(commands);
+    return clast_gpu_trees_build(scene->trees, commands, &tree, 1, CLAST_GPU_TREE_SORTED);
+}
+
+// Trees there, in place of the processor's.
+static inline clast_status device_build_trees(device_scene *scene, clast_gpu_commands *commands, const clast_tlas *tlas)
+{
+    clast_status status = CLAST_OK;
+    for (size_t i = 0; status == CLAST_OK && i < scene->blas_count && !scene->borrowed; i++) {
+        device_blas *b = &scene->blases[i];
+        status = device_build(scene, commands, b->boxes.address, b->items.address, b->nodes.address, b->count);
+    }
+    if (status == CLAST_OK && tlas->tree.node_count != 0) {
+        status = device_build(scene, commands, scene->boxes.address, 0, scene->nodes.address, tlas->placement_count);
+    }
+    return status;
+}
+
 // All of it, ready for rays. With `lender`, all BLASes are those of that scene.
 static inline clast_status device_scene_make_with(clast_gpu *gpu, const clast_tlas *tlas, const device_scene *lender,
-                                                  device_scene *scene)
+                                                  clast_gpu_trees *trees, device_scene *scene)
 {
-    *scene = (device_scene){.gpu = gpu};
+    *scene = (device_scene){.gpu = gpu, .trees = trees};
     if (lender != NULL) {
         scene->blases = lender->blases;
         scene->blas_count = lender->blas_count;
@@ -235,16 +282,24 @@ static inline clast_status device_scene_make_with(clast_gpu *gpu, const clast_tl
     status = status == CLAST_OK
                  ? device_upload(commands, placements, tlas->placement_count * sizeof *placements, &scene->placements)
                  : status;
-    status = status == CLAST_OK ? device_tree(commands, &tlas->tree, NULL, &scene->nodes) : status;
+    status = status == CLAST_OK
+                 ? device_tree(commands, &tlas->tree, NULL, tlas->placement_count, trees != NULL, &scene->nodes)
+                 : status;
     if (tlas->tree.node_count != 0) {
         record.box = tlas->tree.boxes[0];
     }
     record.nodes = store_address(scene->nodes.address);
     record.placements = store_address(scene->placements.address);
     status = status == CLAST_OK ? device_upload(commands, &record, sizeof record, &scene->scene) : status;
+    status = status == CLAST_OK
+                 ? device_upload(commands, tlas->boxes, tlas->placement_count * sizeof *tlas->boxes, &scene->boxes)
+                 : status;
     clast_gpu_barrier(commands);
     for (size_t i = 0; i < scene->blas_count && !scene->borrowed; i++) {
         device_fit(commands, &scene->blases[i]);
+    }
+    if (status == CLAST_OK && trees != NULL) {
+        status = device_build_trees(scene, commands, tlas);
     }
     free(placements);
     clast_gpu_note(commands, status);
@@ -253,7 +308,7 @@ static inline clast_status device_scene_make_with(clast_gpu *gpu, const clast_tl
 
 static inline clast_status device_scene_make(clast_gpu *gpu, const clast_tlas *tlas, device_scene *scene)
 {
-    return device_scene_make_with(gpu, tlas, NULL, scene);
+    return device_scene_make_with(gpu, tlas, NULL, NULL, scene);
 }
 
 static inline void device_scene_free(device_scene *scene)
@@ -266,6 +321,7 @@ static inline void device_scene_free(device_scene *scene)
     }
     clast_gpu_free(scene->gpu, &scene->nodes);
     clast_gpu_free(scene->gpu, &scene->placements);
+    clast_gpu_free(scene->gpu, &scene->boxes);
     clast_gpu_free(scene->gpu, &scene->scene);
 }
 

@@ -10,6 +10,7 @@
 enum { RAYS = 2000 };
 
 static test_device device;
+static clast_gpu_trees *trees;
 
 // ------------------------------------------------------------------------------------------------------------- tracing
 
@@ -70,16 +71,16 @@ static void assert_same_hit(const clast_hit *a, const clast_hit *b)
 
 static const clast_gpu_rays_tuning plain_tuning;
 
-// Traces on both, and compares; gives how many rays hit something.
-static uint32_t compare_as(const clast_tlas *tlas, const clast_ray *rays, clast_gpu_rays_kind kind,
-                           const clast_gpu_rays_tuning *tuning)
+// Traces on both, and compares; gives how many rays hit something. Trees are the processor's, or built on the device.
+static uint32_t compare_with(const clast_tlas *tlas, const clast_ray *rays, clast_gpu_rays_kind kind,
+                             const clast_gpu_rays_tuning *tuning, clast_gpu_trees *builder)
 {
     traced *there = calloc(1, sizeof *there);
     clast_hit *here = calloc(RAYS, sizeof *here);
     uint8_t *occluded = calloc(RAYS, 1);
     device_scene scene;
     uint32_t found = 0;
-    assert_ok(device.context, device_scene_make(device.gpu, tlas, &scene));
+    assert_ok(device.context, device_scene_make_with(device.gpu, tlas, NULL, builder, &scene));
     clast_trace_closest(tlas, rays, RAYS, NULL, here);
     clast_trace_any(tlas, rays, RAYS, NULL, occluded);
     trace_there(&scene, rays, kind, tuning, there);
@@ -95,8 +96,15 @@ static uint32_t compare_as(const clast_tlas *tlas, const clast_ray *rays, clast_
     return found;
 }
 
+static uint32_t compare_as(const clast_tlas *tlas, const clast_ray *rays, clast_gpu_rays_kind kind,
+                           const clast_gpu_rays_tuning *tuning)
+{
+    return compare_with(tlas, rays, kind, tuning, NULL);
+}
+
 static uint32_t compare(const clast_tlas *tlas, const clast_ray *rays)
 {
+    compare_with(tlas, rays, CLAST_GPU_RAYS_INCOHERENT, &plain_tuning, trees);
     return compare_as(tlas, rays, CLAST_GPU_RAYS_COHERENT, &plain_tuning);
 }
 
@@ -372,6 +380,10 @@ static void tunings_change_nothing(void **state)
 int main(void)
 {
     device = test_device_open();
+    if (clast_gpu_trees_create(device.gpu, &trees) != CLAST_OK) {
+        fprintf(stderr, "%s\n", clast_context_error(device.context));
+        return 1;
+    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_mesh_alone),
         cmocka_unit_test(clusters_of_all_sizes),
@@ -385,5 +397,6 @@ int main(void)
         cmocka_unit_test(tunings_change_nothing),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    clast_gpu_trees_destroy(trees);
     return test_device_close(&device) ? failed : 1;
 }
