@@ -4,18 +4,7 @@
 #define CLAST_BENCH_TESS_H
 
 #include "accel_job.h"
-
-enum { TESS_MAP_BITS = 11, TESS_MAP_SIDE = 1 << TESS_MAP_BITS };
-
-// A sheet of base triangles of about the same sides, hilly, with vertices a little out of line; z is up. Texture coordinates follow the place in the plane.
-typedef struct tess_ground {
-    mesh base;
-    float *coordinates;
-    float spacing;      // of the vertices
-    uint16_t *map;      // TESS_MAP_SIDE texels a side, and one more row
-    float map_scale;    // texels for each length
-    float height_scale; // of a texel's value
-} tess_ground;
+#include "tess_ground.h"
 
 typedef struct tess_subdivision {
     const tess_ground *ground;

@@ -339,7 +339,8 @@ static void add_time(clast_gpu *gpu, const char *pass, double milliseconds)
     gpu->times[i].milliseconds += milliseconds;
 }
 
-static void read_times(clast_gpu_commands *commands)
+// `*first`: times of an earlier wait are still there.
+static void read_times(clast_gpu_commands *commands, bool *first)
 {
     clast_gpu *gpu = commands->gpu;
     uint64_t values[GPU_QUERIES];
@@ -348,7 +349,8 @@ static void read_times(clast_gpu_commands *commands)
                                       sizeof *values, VK_QUERY_RESULT_64_BIT) != VK_SUCCESS) {
         return;
     }
-    gpu->time_count = 0;
+    gpu->time_count = *first ? 0 : gpu->time_count;
+    *first = false;
     for (uint32_t i = 0; i + 1 < commands->pass_count; i++) {
         double steps = (double)(values[i + 1] - values[i]);
         add_time(gpu, commands->passes[i], steps * (double)gpu->features.timestamp_period * 1e-6);
@@ -372,11 +374,12 @@ clast_status clast_gpu_wait(clast_gpu *gpu, uint64_t ticket)
         }
         gpu->reached = ticket;
     }
+    bool first = true;
     for (int i = 0; i < GPU_COMMANDS; i++) {
         clast_gpu_commands *commands = &gpu->commands[i];
         if (!commands->is_recording && commands->ticket <= gpu->reached) {
             clast_gpu_deliver(commands);
-            read_times(commands);
+            read_times(commands, &first);
         }
     }
     clast_gpu_let_go(gpu);

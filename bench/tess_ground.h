@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ground that tessellation is measured on: displaced by a map.
+#ifndef CLAST_BENCH_TESS_GROUND_H
+#define CLAST_BENCH_TESS_GROUND_H
+
+#include "accel/meshes.h"
+#include "bench.h"
+
+enum { TESS_MAP_BITS = 11, TESS_MAP_SIDE = 1 << TESS_MAP_BITS };
+
+// A sheet of base triangles of about the same sides, hilly, with vertices a little out of line; z is up. Texture coordinates
+// follow the place in the plane.
+typedef struct tess_ground {
+    mesh base;
+    float *coordinates;
+    float spacing;      // of the vertices
+    uint16_t *map;      // TESS_MAP_SIDE texels a side, and one more row
+    float map_scale;    // texels for each length
+    float height_scale; // of a texel's value
+} tess_ground;
+
+tess_ground tess_ground_make(uint32_t base_triangles);
+void tess_ground_free(tess_ground *g);
+
+#endif
