@@ -8,7 +8,8 @@
 //   fill_fit              vertices are written and clusters fitted in one go; of meshes: gathered from the moved ones, and fitted
 //   fill_fit_rate         the same in Gtri/s
 //   fill_fit_share        the same: bytes written (of meshes: and gathered) a second, as a share of what `copy` does
-//   tree_kept             the tree over the clusters, in the order in which they are stored
+//   tree_kept             the tree over the clusters, in the order in which they are stored; of meshes: a tree that was
+//                         built with care for the mesh at rest, fitted
 //   tree_sorted           the same, whatever their order
 //   tree_refit            such a tree fitted to boxes that moved
 //   ready_vs_build        fill_fit and tree_kept: rays can be traced; the driver's fastest build, its vertices not included
@@ -213,8 +214,9 @@ static void measure_ready(bench *b, vulkan_work *work)
 
 static void measure_bytes(bench *b, const vulkan_work *work)
 {
-    const clast_gpu_buffer *const parts[] = {&work->vertices, &work->clusters, &work->boxes,     &work->nodes,
-                                             &work->places,   &work->pairs,    &work->templates, &work->inputs};
+    const clast_gpu_buffer *const parts[] = {&work->vertices,  &work->clusters, &work->boxes,
+                                             &work->nodes,     &work->places,   &work->pairs,
+                                             &work->templates, &work->inputs,   &work->shape};
     double bytes = 0.0;
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         bytes += (double)parts[i]->bytes;

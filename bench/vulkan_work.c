@@ -252,8 +252,14 @@ void vulkan_tree(const vulkan_work *work, clast_gpu_commands *commands, clast_gp
                            .items = work->places.address,
                            .nodes = work->nodes.address,
                            .bounds = work->bounds.address,
+                           .kept = work->shape.address,
                            .count = work->cluster_count};
-    clast_gpu_trees_build(work->device->trees, commands, &tree, 1, order);
+    if (order == CLAST_GPU_TREE_STORED && work->shape.bytes != 0) {
+        clast_gpu_trees_refit(work->device->trees, commands, &tree, 1);
+    } else {
+        tree.kept = 0;
+        clast_gpu_trees_build(work->device->trees, commands, &tree, 1, order);
+    }
     clast_gpu_barrier(commands);
 }
 
@@ -281,6 +287,34 @@ void vulkan_tree_refit(const vulkan_work *work, clast_gpu_commands *commands)
 }
 
 // ------------------------------------------------------------------------------------------------------------- scene
+
+// Builds a tree over the clusters of a mesh that has not moved.
+static void make_shape(vulkan_work *work)
+{
+    vulkan_device *device = work->device;
+    clast_box *boxes = calloc(work->cluster_count, sizeof *boxes);
+    clast_arena arena = {malloc(clast_tree_scratch(work->cluster_count)), 0};
+    vulkan_check(device, boxes != NULL && arena.memory != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY);
+    float time = work->time;
+    work->time = 0.0f;
+    clast_gpu_commands *commands = vulkan_begin(device);
+    vulkan_fill(work, commands);
+    vulkan_fit(work, commands);
+    clast_gpu_read(commands, &work->boxes, 0, boxes, work->cluster_count * sizeof *boxes);
+    vulkan_finish(device, commands);
+    work->time = time;
+    clast_tree tree = {0};
+    vulkan_check(device,
+                 clast_tree_build(device->context, &tree, boxes, NULL, work->cluster_count, CLAST_BUILD_BEST, &arena));
+    void *shape = malloc(clast_gpu_tree_shape_bytes(&tree));
+    vulkan_check(device, shape != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY);
+    vulkan_check(device, clast_gpu_tree_shape(device->context, &tree, shape));
+    vulkan_upload(device, shape, clast_gpu_tree_shape_bytes(&tree), "shape", &work->shape);
+    clast_tree_free(device->context, &tree);
+    free(shape);
+    free(arena.memory);
+    free(boxes);
+}
 
 // The unit, where it is, as the only instance.
 static void make_scene(vulkan_work *work)
@@ -352,6 +386,9 @@ void vulkan_work_make(vulkan_device *device, vulkan_kind kind, vulkan_surface su
     vulkan_allocate(device, sizeof(clast_box), "bounds", &work->bounds);
     vulkan_allocate(device, clast_gpu_tree_bytes(work->cluster_count), "fitted tree", &work->kept_nodes);
     vulkan_allocate(device, clast_gpu_tree_kept_bytes(work->cluster_count), "what is kept", &work->kept);
+    if (kind == VULKAN_MESH) {
+        make_shape(work);
+    }
     make_scene(work);
     place_camera(work);
     if (device->driver != NULL) {

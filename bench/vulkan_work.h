@@ -43,8 +43,9 @@ typedef struct vulkan_work {
     clast_template_set *set;
     clast_topologies topologies;
     clast_gpu_buffer inputs, places, firsts, vertices, clusters, boxes, nodes, bounds;
-    clast_gpu_buffer kept, kept_nodes;                                   // of a tree that is fitted anew
-    clast_gpu_buffer rotations, patterns, weights;                       // of patterns
+    clast_gpu_buffer kept, kept_nodes;             // of a tree that is fitted anew
+    clast_gpu_buffer shape;                        // of meshes: a tree of the processor's, which is kept and fitted
+    clast_gpu_buffer rotations, patterns, weights; // of patterns
     clast_gpu_buffer templates, pairs, rest, positions, numbers, faults; // of meshes: of all copies
     uint32_t copies, side, rest_count;
     clast_gpu_buffer placement, top, scene, scratch;
@@ -69,6 +70,7 @@ void vulkan_work_free(vulkan_work *work);
 // Commands, each with barriers before and after it where it needs some.
 void vulkan_fill(const vulkan_work *work, clast_gpu_commands *commands); // vertices alone; of meshes, the shared ones
 void vulkan_fit(const vulkan_work *work, clast_gpu_commands *commands);  // and boxes, in one go; meshes gather theirs
+// The tree that rays go through. Where the order is kept that of a mesh is fitted: built with care for the mesh at rest.
 void vulkan_tree(const vulkan_work *work, clast_gpu_commands *commands, clast_gpu_tree_order order);
 void vulkan_tree_keep(const vulkan_work *work, clast_gpu_commands *commands); // a sorted tree, beside the other
 void vulkan_tree_refit(const vulkan_work *work, clast_gpu_commands *commands);
