@@ -46,8 +46,8 @@ void main()
     vec3 direction = load3(question.direction);
     lights_answer answer;
     answer.shares = lights_share(room.lights, position, load3(question.geometric_normal), load3(question.normal));
-    answer.light = lights_sample(room, answer.shares, position, question.choice, load2(question.square));
-    answer.sun = lights_sample_sun(room, answer.shares, load2(question.sun_square));
+    answer.light = lights_sample(room, answer.shares, position, false, question.choice, load2(question.square));
+    answer.sun = lights_sample(room, answer.shares, position, true, 0.0f, load2(question.sun_square));
     answer.distant_radiance = store3(distant_radiance(room, direction));
     answer.distant_density = distant_density(room.lights, answer.shares, direction);
     answer.emitter_density = emitter_density_at(room.lights, answer.shares.emitters, question.instance,

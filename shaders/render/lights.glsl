@@ -272,29 +272,29 @@ clast_light_sample sample_emitter(light_room room, clast_light_shares shares, ve
     return light;
 }
 
-// A point of the sun; of density 0 where its share is none.
-clast_light_sample lights_sample_sun(light_room room, clast_light_shares shares, vec2 u)
-{
-    clast_light_sample light = no_light();
-    if (shares.sun > 0.0f) {
-        vec3 within = sample_cone(u, room.lights.of.sun_height);
-        light = sample_distant(room, shares, normalize3(from_basis(room.lights.of.sun, within)));
-    }
-    return light;
-}
-
-// Chooses one of the other lights by `choice` in [0, 1) and a point of it by `u`.
-clast_light_sample lights_sample(light_room room, clast_light_shares shares, vec3 position, float choice, vec2 u)
+// Chooses one of the lights but the sun by `choice` in [0, 1) and a point of it by `u`; or, `of_sun`, a point of the sun, of density
+// 0 where its share is none. One text for both, as what comes from far away is long.
+clast_light_sample lights_sample(light_room room, clast_light_shares shares, vec3 position, bool of_sun, float choice,
+                                 vec2 u)
 {
     clast_light_sample light = no_light();
     float after = choice - shares.surroundings;
     float last = after - shares.punctual;
-    if (choice < shares.surroundings) {
-        light = sample_distant(room, shares, surroundings_sample(room.lights, u));
+    vec3 direction = splat3(0.0f);
+    bool is_far = false;
+    if (of_sun) {
+        is_far = shares.sun > 0.0f;
+        direction = normalize3(from_basis(room.lights.of.sun, sample_cone(u, room.lights.of.sun_height)));
+    } else if (choice < shares.surroundings) {
+        is_far = true;
+        direction = surroundings_sample(room.lights, u);
     } else if (after < shares.punctual) {
         light = sample_punctual(room.lights, shares, position, rough_divide(after, shares.punctual));
     } else if (shares.emitters > 0.0f) {
         light = sample_emitter(room, shares, position, min1(rough_divide(last, shares.emitters), 0.99999994f), u);
+    }
+    if (is_far) {
+        light = sample_distant(room, shares, direction);
     }
     return light;
 }

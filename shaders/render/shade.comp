@@ -146,38 +146,10 @@ uint add_openness(uint path, uint seed, shading_point point)
     return TO_LIGHT;
 }
 
-// Whether there is a shadow ray to trace.
-bool connect(uint list, uint path, clast_path_surface at, clast_bsdf bsdf, vec3 view, vec3 throughput,
-             clast_light_sample light)
+// Where the path goes on from a step is stored; false where it ends.
+bool follow(uint path, uint seed, path_state state, clast_path_surface at, clast_bsdf bsdf, clast_path_step made,
+            shading_point point)
 {
-    clast_path_connection made = path_connect(at, bsdf, view, throughput, light);
-    bool brings = largest3(load3(made.radiance)) > 0.0f;
-    if (brings) {
-        store_shadow(list, path, made);
-    }
-    return brings;
-}
-
-uint sample_lights(light_room room, uint path, uint seed, path_state state, clast_path_surface at, clast_bsdf bsdf, vec3 view)
-{
-    vec3 position = load3(at.position);
-    float choice = next_square(seed, PATH_USE_CHOICE)[0];
-    clast_light_sample light = lights_sample(room, state.shares, position, choice, next_square(seed, PATH_USE_LIGHT));
-    uint lists = connect(LIST_LIGHT, path, at, bsdf, view, state.throughput, light) ? TO_LIGHT : 0u;
-    if (state.shares.sun > 0.0f) {
-        light = lights_sample_sun(room, state.shares, next_square(seed, PATH_USE_SUN));
-        lists |= connect(LIST_SUN, path, at, bsdf, view, state.throughput, light) ? TO_SUN : 0u;
-    }
-    return lists;
-}
-
-// Chooses where the path goes on, and stores that; false where it ends.
-bool sample_direction(uint path, uint seed, path_state state, clast_path_surface at, clast_bsdf bsdf, vec3 view,
-                      shading_point point)
-{
-    float lobe = next_square(seed, PATH_USE_CHOICE)[1];
-    clast_path_step made = path_step(at, bsdf, view, state.throughput, state.alpha_floor,
-                                     render_of().of.fireflies == CLAST_FIREFLIES_SOFTENED, next_square(seed, PATH_USE_DIRECTION), lobe);
     float chance = path_survival(load3(made.throughput), push.bounce);
     bool survives = chance >= 1.0f || next_square(seed, PATH_USE_ROULETTE)[0] < chance;
     bool goes_on = made.density > 0.0f && survives;
@@ -196,15 +168,52 @@ bool sample_direction(uint path, uint seed, path_state state, clast_path_surface
     return goes_on;
 }
 
-// Scatters light at a surface.
+// What a direction that is looked at is for; a light comes first.
+const uint TURN_LIGHT = 0u;
+const uint TURN_SUN = 1u;
+const uint TURN_NEXT = 2u;
+const uint TURNS = 3u;
+
+// Scatters light at a surface: from a light, from the sun, and to where the path goes on. One text for the three, as how a
+// surface scatters is long.
 uint scatter_path(light_room room, uint path, uint seed, path_state state, shading_point point)
 {
     clast_path_surface at = path_surface_of(point);
     vec3 view = path_view(at, state.direction);
     clast_bsdf bsdf = scatter_make(room.materials, point.material, point.surface, state.alpha_floor, view);
     state.shares = lights_share(room.lights, point.position, point.geometric_normal, point.normal);
-    uint lists = sample_lights(room, path, seed, state, at, bsdf, view);
-    return lists | (sample_direction(path, seed, state, at, bsdf, view, point) ? GOES_ON : 0u);
+    bool softens = render_of().of.fireflies == CLAST_FIREFLIES_SOFTENED;
+    vec2 choice = next_square(seed, PATH_USE_CHOICE);
+    uint lists = 0u;
+    [[dont_unroll]] for (uint turn = 0u; turn < TURNS; turn++) {
+        vec2 u = next_square(seed, turn == TURN_LIGHT ? PATH_USE_LIGHT : turn == TURN_SUN ? PATH_USE_SUN : PATH_USE_DIRECTION);
+        clast_light_sample light = no_light();
+        clast_bsdf_sample chosen;
+        vec3 direction;
+        if (turn == TURN_NEXT) {
+            chosen = bsdf_direction(bsdf, view, u, choice[1]);
+            direction = path_direction(at, chosen);
+        } else {
+            light = lights_sample(room, state.shares, point.position, turn == TURN_SUN, choice[0], u);
+            direction = load3(light.direction);
+        }
+        if (turn != TURN_NEXT && !light_shines(light)) {
+            continue;
+        }
+        clast_brdf_answer answer = path_scatter(at, bsdf, view, direction);
+        if (turn == TURN_NEXT) {
+            clast_path_step made =
+                path_step(at, bsdf, chosen, direction, answer, state.throughput, state.alpha_floor, softens);
+            lists |= follow(path, seed, state, at, bsdf, made, point) ? GOES_ON : 0u;
+        } else {
+            clast_path_connection made = path_connect(at, answer, state.throughput, light);
+            if (largest3(load3(made.radiance)) > 0.0f) {
+                store_shadow(turn == TURN_SUN ? LIST_SUN : LIST_LIGHT, path, made);
+                lists |= turn == TURN_SUN ? TO_SUN : TO_LIGHT;
+            }
+        }
+    }
+    return lists;
 }
 
 uint most_bounces() { return render_of().of.integrator == CLAST_INTEGRATOR_DIRECT ? 1u : render_of().of.bounces; }

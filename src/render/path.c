@@ -74,8 +74,15 @@ static bool sample_direction(const clast_render_target *target, clast_path *path
 {
     vec2 u = next_square(target, path->seed, bounce, PATH_USE_DIRECTION);
     float lobe = next_square(target, path->seed, bounce, PATH_USE_CHOICE)[1];
+    clast_bsdf_sample chosen = bsdf_direction(of->bsdf, of->view, u, lobe);
+    vec3 direction = path_direction(of->at, chosen);
+    if (load3(chosen.direction)[2] == 0.0f) {
+        return false;
+    }
     bool softens = target->settings.fireflies == CLAST_FIREFLIES_SOFTENED;
-    clast_path_step step = path_step(of->at, of->bsdf, of->view, path->throughput, path->alpha_floor, softens, u, lobe);
+    clast_path_step step = path_step(of->at, of->bsdf, chosen, direction,
+                                     path_scatter(of->at, of->bsdf, of->view, direction), path->throughput,
+                                     path->alpha_floor, softens);
     if (!(step.density > 0.0f)) {
         return false;
     }
@@ -174,7 +181,11 @@ static void add_emission(const tile_job *job, clast_path *path, const clast_visi
 static void add_shadow(tile_job *job, uint32_t from, const interaction *of, const clast_light_sample *light)
 {
     clast_scratch *scratch = job->scratch;
-    clast_path_connection made = path_connect(of->at, of->bsdf, of->view, scratch->paths[from].throughput, *light);
+    if (!light_shines(*light)) {
+        return;
+    }
+    clast_brdf_answer answer = path_scatter(of->at, of->bsdf, of->view, load3(light->direction));
+    clast_path_connection made = path_connect(of->at, answer, scratch->paths[from].throughput, *light);
     if (largest3(load3(made.radiance)) > 0.0f) {
         uint32_t place = job->shadow_count++;
         scratch->shadow_rays[place] = ray_of(made.origin, made.direction, made.t_max);

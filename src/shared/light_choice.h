@@ -55,6 +55,12 @@ FN clast_light_sample no_light(void)
     return light;
 }
 
+// Whether anything may arrive.
+FN bool light_shines(clast_light_sample light)
+{
+    return light.density > 0.0f && largest3(load3(light.radiance)) > 0.0f;
+}
+
 // ------------------------------------------------------------------------------------------------------------ searches
 
 // Halves a range of ordered entries until one is left: the last that what is looked for is not before.

@@ -106,14 +106,14 @@ RECORD(clast_path_connection)
 };
 RECORD_SIZE(clast_path_connection, 40)
 
-FN clast_path_connection path_connect(clast_path_surface at, clast_bsdf bsdf, vec3 view, vec3 throughput,
+// `answer` is path_scatter() of the light's direction.
+FN clast_path_connection path_connect(clast_path_surface at, clast_brdf_answer answer, vec3 throughput,
                                       clast_light_sample light)
 {
     clast_path_connection made;
     vec3 direction = load3(light.direction);
     vec3 radiance = splat3(0.0f);
-    if (light.density > 0.0f && largest3(load3(light.radiance)) > 0.0f) {
-        clast_brdf_answer answer = path_scatter(at, bsdf, view, direction);
+    if (light_shines(light)) {
         float weight = light.is_point != 0u ? 1.0f : mis_weight(light.density, answer.density);
         radiance = throughput * load3(answer.value) * load3(light.radiance) * rough_divide(weight, light.density);
     }
@@ -141,33 +141,30 @@ RECORD(clast_path_step)
 };
 RECORD_SIZE(clast_path_step, 36)
 
-// Light that is focused by a sharp surface onto a dull one is found by rare chance; seen from dull surfaces, sharp ones are
-// blurred where `softens` says so (Kaplanyan and Dachsbacher, Path Space Regularization for Holistic and Robust Light
-// Transport, 2013).
-FN clast_path_step path_step(clast_path_surface at, clast_bsdf bsdf, vec3 view, vec3 throughput, float alpha_floor,
-                             bool softens, vec2 u, float lobe)
+// A direction of the surface's frame in the world; zero where there is none.
+FN vec3 path_direction(clast_path_surface at, clast_bsdf_sample chosen)
+{
+    vec3 local = load3(chosen.direction);
+    return local[2] != 0.0f ? normalize3(from_basis(at.frame, local)) : splat3(0.0f);
+}
+
+// `answer` is path_scatter() of the direction. Light that is focused by a sharp surface onto a dull one is found by rare
+// chance; seen from dull surfaces, sharp ones are blurred where `softens` says so (Kaplanyan and Dachsbacher, Path Space
+// Regularization for Holistic and Robust Light Transport, 2013).
+FN clast_path_step path_step(clast_path_surface at, clast_bsdf bsdf, clast_bsdf_sample chosen, vec3 direction,
+                             clast_brdf_answer answer, vec3 throughput, float alpha_floor, bool softens)
 {
     clast_path_step made;
-    made.direction = store3(splat3(0.0f));
-    made.throughput = store3(splat3(0.0f));
-    made.density = 0.0f;
-    made.alpha_floor = alpha_floor;
-    made.passes = 0u;
-    clast_bsdf_sample chosen = bsdf_direction(bsdf, view, u, lobe);
-    vec3 local = load3(chosen.direction);
-    if (local[2] != 0.0f) {
-        vec3 direction = normalize3(from_basis(at.frame, local));
-        clast_brdf_answer answer = path_scatter(at, bsdf, view, direction);
-        vec3 carried = throughput * load3(answer.value) * rough_divide(1.0f, answer.density);
-        bool goes_on = answer.density > 0.0f && largest3(carried) > 0.0f;
-        precise bool passes = dot3(direction, load3(at.geometric_normal)) < 0.0f;
-        made.direction = store3(direction);
-        made.throughput = store3(goes_on ? carried : splat3(0.0f));
-        made.density = goes_on ? answer.density : 0.0f;
-        made.passes = passes ? 1u : 0u;
-        float width = chosen.diffuse != 0u ? PATH_DIFFUSE_WIDTH : PATH_GLOSSY_WIDTH * load2(bsdf.base.alpha)[1];
-        made.alpha_floor = softens ? max1(alpha_floor, width) : alpha_floor;
-    }
+    vec3 carried = throughput * load3(answer.value) * rough_divide(1.0f, answer.density);
+    bool is_chosen = load3(chosen.direction)[2] != 0.0f;
+    bool goes_on = is_chosen && answer.density > 0.0f && largest3(carried) > 0.0f;
+    bool passes = dot3(direction, load3(at.geometric_normal)) < 0.0f;
+    float width = chosen.diffuse != 0u ? PATH_DIFFUSE_WIDTH : PATH_GLOSSY_WIDTH * load2(bsdf.base.alpha)[1];
+    made.direction = store3(direction);
+    made.throughput = store3(goes_on ? carried : splat3(0.0f));
+    made.density = goes_on ? answer.density : 0.0f;
+    made.alpha_floor = softens ? max1(alpha_floor, width) : alpha_floor;
+    made.passes = passes ? 1u : 0u;
     return made;
 }
 
