@@ -65,7 +65,7 @@ typedef struct clast_context_desc {
     clast_log_hook log;
     clast_progress_hook progress;
     uint32_t threads;      /**< 1 to 1024; 0 is one for each processor that the process may use */
-    uint64_t memory_limit; /**< bytes that clast may hold at a time; 0 is no limit */
+    uint64_t memory_limit; /**< bytes that clast may hold at a time, and as many of a device's memory; 0 is no limit */
     clast_isa isa;         /**< refused where the machine lacks it */
     /** Where what took long to cook is kept for the next run, in files; null is nowhere. Copied. */
     const char *cache_folder;

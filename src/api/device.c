@@ -37,6 +37,7 @@ static clast_gpu_desc describe_device(const clast_renderer *renderer, const char
 #ifndef NDEBUG
         .validate = true,
 #endif
+        .memory_limit = clast_context_memory_limit(renderer->context),
         .cache_folder = clast_context_cache_folder(renderer->context),
     };
 }

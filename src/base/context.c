@@ -171,6 +171,11 @@ struct clast_pool *clast_context_pool(clast_context *context)
     return context->pool;
 }
 
+uint64_t clast_context_memory_limit(const clast_context *context)
+{
+    return context->desc.memory_limit;
+}
+
 const char *clast_context_cache_folder(const clast_context *context)
 {
     return context->cache_folder;

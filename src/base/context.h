@@ -51,5 +51,7 @@ struct clast_pool *clast_context_pool(clast_context *context);
 const clast_file_hook *clast_context_files(const clast_context *context);
 // Null where there is none.
 const char *clast_context_cache_folder(const clast_context *context);
+// Of bytes; 0 is none. For memory that is not the processor's, of which as much may be held.
+uint64_t clast_context_memory_limit(const clast_context *context);
 
 #endif

@@ -20,10 +20,15 @@ typedef struct clast_unit_tally {
 typedef clast_status (*clast_count_function)(clast_frame *frame, clast_unit_tally *tallies, size_t count, float rate,
                                              bool keep);
 
+// For the pass occlude: makes the scene at the least rate and traces rays through it. Hits name the frame's instances; units that
+// can be seen through are not hit.
+typedef clast_status (*clast_coarse_function)(clast_frame *frame, const clast_ray *rays, size_t count, clast_hit *hits);
+
 typedef struct clast_backend {
     const char *name;
     clast_pass_function passes[CLAST_PASS_COUNT_];
     clast_count_function count;         // null is the CPU's
+    clast_coarse_function coarse;       // likewise
     void (*forget)(clast_frame *frame); // a pass failed: what was made is made anew; null where nothing is kept
 } clast_backend;
 

@@ -41,20 +41,14 @@ static clast_status make_unit(clast_frame *frame, clast_frame_unit *unit, float 
     return status == CLAST_OK ? clast_unit_build(unit) : status;
 }
 
-// A unit that does not adapt is made as it will be, one that does has a coarse twin. So has every unit where another device makes
-// the frame: rays of this pass are the processor's.
-static bool has_twin(const clast_frame *frame, const clast_frame_unit *unit)
-{
-    return clast_source_of(unit->unit)->adapts || frame->device != NULL;
-}
-
+// A unit that does not adapt is made as it will be, one that does has a coarse twin.
 static clast_status make_coarse(clast_frame *frame, size_t number)
 {
     clast_frame_unit *unit = &frame->units[number], *twin = &frame->coarse[number];
     if (!unit->used) {
         return CLAST_OK;
     }
-    if (!has_twin(frame, unit)) {
+    if (!clast_source_of(unit->unit)->adapts) {
         return make_unit(frame, unit, (float)frame->settings.rate);
     }
     twin->unit = unit->unit;
@@ -70,7 +64,7 @@ static clast_status make_coarse(clast_frame *frame, size_t number)
 
 static const clast_frame_unit *coarse_of(const clast_frame *frame, uint32_t unit)
 {
-    return has_twin(frame, &frame->units[unit]) ? &frame->coarse[unit] : &frame->units[unit];
+    return clast_source_of(frame->units[unit].unit)->adapts ? &frame->coarse[unit] : &frame->units[unit];
 }
 
 static clast_status build_tlas(clast_frame *frame)
@@ -174,13 +168,11 @@ static seen_depth depth_of(const clast_frame *frame, const clast_camera_ray *ray
     return radius <= (float)RADIUS_MOST ? (seen_depth){depth + slack, radius} : (seen_depth){INFINITY, 0.0f};
 }
 
-static void trace_tile(const clast_frame *frame, uint32_t left, uint32_t top)
+// The rays of a tile; those beyond the picture's edge go there too.
+static void make_rays(const clast_frame *frame, uint32_t left, uint32_t top, clast_camera_ray from[TILE * TILE],
+                      clast_ray rays[TILE * TILE])
 {
     const clast_depth_pyramid *pyramid = &frame->pyramid;
-    size_t count = (size_t)pyramid->width * pyramid->height;
-    clast_camera_ray from[TILE * TILE];
-    clast_ray rays[TILE * TILE];
-    clast_hit hits[TILE * TILE];
     for (uint32_t i = 0; i < TILE * TILE; i++) {
         float x = ((float)(left + i % TILE) + 0.5f) / (float)pyramid->width;
         float y = ((float)(top + i / TILE) + 0.5f) / (float)pyramid->height;
@@ -190,7 +182,13 @@ static void trace_tile(const clast_frame *frame, uint32_t left, uint32_t top)
         rays[i].t_min = from[i].t_min;
         rays[i].t_max = from[i].t_max;
     }
-    clast_trace_closest(frame->coarse_tlas, rays, TILE * TILE, NULL, hits);
+}
+
+static void keep_depths(const clast_frame *frame, uint32_t left, uint32_t top, const clast_camera_ray from[TILE * TILE],
+                        const clast_hit hits[TILE * TILE])
+{
+    const clast_depth_pyramid *pyramid = &frame->pyramid;
+    size_t count = (size_t)pyramid->width * pyramid->height;
     for (uint32_t i = 0; i < TILE * TILE; i++) {
         uint32_t x = left + i % TILE, y = top + i / TILE;
         if (x < pyramid->width && y < pyramid->height) {
@@ -207,14 +205,75 @@ static uint32_t tiles_across(const clast_depth_pyramid *pyramid)
     return (pyramid->width + TILE - 1) / TILE;
 }
 
+static size_t tile_count(const clast_depth_pyramid *pyramid)
+{
+    return (size_t)tiles_across(pyramid) * ((pyramid->height + TILE - 1) / TILE);
+}
+
 static void trace_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
     const clast_frame *frame = data;
     uint32_t across = tiles_across(&frame->pyramid);
     for (size_t i = begin; i < end; i++) {
-        trace_tile(frame, (uint32_t)(i % across) * TILE, (uint32_t)(i / across) * TILE);
+        uint32_t left = (uint32_t)(i % across) * TILE, top = (uint32_t)(i / across) * TILE;
+        clast_camera_ray from[TILE * TILE];
+        clast_ray rays[TILE * TILE];
+        clast_hit hits[TILE * TILE];
+        make_rays(frame, left, top, from, rays);
+        clast_trace_closest(frame->coarse_tlas, rays, TILE * TILE, NULL, hits);
+        keep_depths(frame, left, top, from, hits);
     }
+}
+
+// Where another device makes the frame, it traces all rays at once.
+typedef struct coarse_rays {
+    clast_camera_ray *from;
+    clast_ray *rays;
+    clast_hit *hits;
+} coarse_rays;
+
+static void trace_all(clast_frame *frame, const coarse_rays *r, clast_status *status)
+{
+    size_t tiles = tile_count(&frame->pyramid);
+    uint32_t across = tiles_across(&frame->pyramid);
+    for (size_t i = 0; i < tiles; i++) {
+        make_rays(frame, (uint32_t)(i % across) * TILE, (uint32_t)(i / across) * TILE, r->from + i * TILE * TILE,
+                  r->rays + i * TILE * TILE);
+    }
+    *status = frame->backend->coarse(frame, r->rays, tiles * TILE * TILE, r->hits);
+    for (size_t i = 0; i < tiles && *status == CLAST_OK; i++) {
+        keep_depths(frame, (uint32_t)(i % across) * TILE, (uint32_t)(i / across) * TILE, r->from + i * TILE * TILE,
+                    r->hits + i * TILE * TILE);
+    }
+}
+
+static clast_status trace_elsewhere(clast_frame *frame)
+{
+    size_t count = tile_count(&frame->pyramid) * TILE * TILE;
+    coarse_rays r = {.from = clast_allocate(frame->context, count, sizeof *r.from),
+                     .rays = clast_allocate(frame->context, count, sizeof *r.rays),
+                     .hits = clast_allocate(frame->context, count, sizeof *r.hits)};
+    clast_status status = CLAST_ERROR_OUT_OF_MEMORY;
+    if (r.from != NULL && r.rays != NULL && r.hits != NULL) {
+        trace_all(frame, &r, &status);
+    }
+    clast_free(frame->context, r.from);
+    clast_free(frame->context, r.rays);
+    clast_free(frame->context, r.hits);
+    return status;
+}
+
+static clast_status find_depths(clast_frame *frame)
+{
+    if (frame->backend != NULL && frame->backend->coarse != NULL) {
+        return trace_elsewhere(frame);
+    }
+    clast_status status = make_scene(frame);
+    if (status == CLAST_OK) {
+        clast_parallel_for(frame->context, tile_count(&frame->pyramid), 1, trace_range, frame);
+    }
+    return status;
 }
 
 // The farthest of the places [left, right) x [top, bottom) of a level, as far as they are there.
@@ -359,12 +418,10 @@ clast_status clast_cpu_occlude(clast_frame *frame, void *target)
         frame->occlude_bytes += twin ? unit->minimum.bytes : 0;
     }
     status = status == CLAST_OK ? clast_frame_check_minimum(frame) : status;
-    status = status == CLAST_OK ? make_scene(frame) : status;
+    status = status == CLAST_OK ? find_depths(frame) : status;
     if (status != CLAST_OK) {
         return status;
     }
-    uint32_t down = (frame->pyramid.height + TILE - 1) / TILE;
-    clast_parallel_for(frame->context, (size_t)tiles_across(&frame->pyramid) * down, 1, trace_range, frame);
     build_levels(&frame->pyramid);
     clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, hide_range, frame);
     return clast_frame_view_units(frame);

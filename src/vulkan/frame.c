@@ -76,6 +76,7 @@ void clast_vulkan_frame_destroy(clast_vulkan_frame *device)
     }
     clast_context *context = device->context;
     abandon(device);
+    clast_vulkan_free_coarse(device);
     clast_vulkan_render_destroy(device->render);
     for (size_t i = 0; i < device->unit_count; i++) {
         free_unit(device, &device->units[i]);
@@ -101,10 +102,8 @@ void clast_vulkan_frame_destroy(clast_vulkan_frame *device)
 void clast_vulkan_forget(clast_frame *frame)
 {
     clast_vulkan_frame *device = clast_vulkan_of(frame);
-    abandon(device);
-    device->is_prepared = false;
-    device->is_whole = false;
-    device->kept_units = 0;
+    clast_vulkan_begin(device);
+    clast_vulkan_free_coarse(device);
     device->instance_count = 0;
     clast_mirror_forget(device->mirror);
     clast_topologies_free(device->gpu, &device->topologies);
@@ -140,6 +139,14 @@ clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device)
         bytes.vertices += unit->vertices.bytes;
         bytes.clas += unit->clusters.bytes + unit->places.bytes;
         bytes.blas += unit->tree.bytes + unit->boxes.bytes;
+    }
+    if (device->coarse_device != NULL) {
+        clast_frame_bytes coarse = clast_vulkan_count_bytes(device->coarse_device);
+        bytes.records += coarse.records + device->coarse_rays.bytes;
+        bytes.vertices += coarse.vertices;
+        bytes.clas += coarse.clas;
+        bytes.blas += coarse.blas;
+        bytes.tlas += coarse.tlas;
     }
     return bytes;
 }
@@ -219,6 +226,21 @@ static clast_status mirror_units(clast_frame *frame, clast_gpu_commands *command
     return status;
 }
 
+// What a frame's units have on the device, from the frame that mirrors them.
+static void borrow_units(clast_frame *frame)
+{
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        const clast_frame_unit *unit = &frame->units[i];
+        device->records[i] = unit->used ? device->parent->records[i] : (clast_device_unit){0};
+        device->records[i].item_counts = device->records[i].spaces = store_address(0);
+        if (!unit->used || !unit->made) {
+            device->units[i].record_count = 0;
+        }
+    }
+    device->is_prepared = true;
+}
+
 clast_status clast_vulkan_prepare(clast_frame *frame)
 {
     clast_vulkan_frame *device = clast_vulkan_of(frame);
@@ -228,6 +250,10 @@ clast_status clast_vulkan_prepare(clast_frame *frame)
     clast_gpu_commands *commands = NULL;
     uint64_t ticket = 0;
     clast_status status = make_room(frame);
+    if (status == CLAST_OK && device->parent != NULL) {
+        borrow_units(frame);
+        return CLAST_OK;
+    }
     if (status == CLAST_OK) {
         status = clast_gpu_begin(device->gpu, &commands);
     }
@@ -315,13 +341,18 @@ clast_status clast_vulkan_frame_read_vertices(clast_frame *frame, size_t unit, s
 
 // ------------------------------------------------------------------------------------------------------------ passes
 
-clast_status clast_vulkan_animate(clast_frame *frame, void *target)
+void clast_vulkan_begin(clast_vulkan_frame *device)
 {
-    clast_vulkan_frame *device = clast_vulkan_of(frame);
     abandon(device);
     device->is_prepared = false;
     device->is_whole = false;
     device->kept_units = 0;
+}
+
+clast_status clast_vulkan_animate(clast_frame *frame, void *target)
+{
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    clast_vulkan_begin(device);
     return clast_cpu_animate(frame, target);
 }
 

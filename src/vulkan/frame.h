@@ -39,7 +39,7 @@ clast_status clast_vulkan_frame_read_vertices(clast_frame *frame, size_t unit, s
 #define CLAST_FRAME_VULKAN_PASSES(X) \
     X(CLAST_PASS_ANIMATE, clast_vulkan_animate) \
     X(CLAST_PASS_CLASSIFY, clast_cpu_classify) \
-    X(CLAST_PASS_OCCLUDE, clast_cpu_occlude) \
+    X(CLAST_PASS_OCCLUDE, clast_vulkan_occlude) \
     X(CLAST_PASS_COUNT, clast_vulkan_count) \
     X(CLAST_PASS_FIT, clast_cpu_fit) \
     X(CLAST_PASS_EMIT, clast_vulkan_emit) \
@@ -52,6 +52,7 @@ clast_status clast_vulkan_frame_read_vertices(clast_frame *frame, size_t unit, s
 CLAST_FRAME_VULKAN_PASSES(CLAST_DECLARE_PASS)
 clast_status clast_vulkan_count_units(clast_frame *frame, clast_unit_tally *tallies, size_t count, float rate,
                                       bool keep);
+clast_status clast_vulkan_trace_coarse(clast_frame *frame, const clast_ray *rays, size_t count, clast_hit *hits);
 void clast_vulkan_forget(clast_frame *frame);
 
 #endif

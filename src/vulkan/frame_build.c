@@ -53,7 +53,7 @@ static void write_head(clast_frame *frame, clast_gpu_commands *commands)
         .instances = store_address(device->instances.address),
         .instance_of = store_address(device->instance_of.address),
         .tree = store_address(device->scene.address),
-        .templates = store_address(device->topologies.templates.address),
+        .templates = store_address(clast_vulkan_topologies(device)->templates.address),
         .unit_count = (uint32_t)frame->unit_count,
         .instance_count = (uint32_t)frame->instance_count,
         .scene_instance_count = (uint32_t)frame->frame_instance_of_count,

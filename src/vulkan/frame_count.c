@@ -57,7 +57,7 @@ void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *comm
     }
     clast_span_push push = {.units = device->unit_records.address,
                             .spans = device->spans.address + range->first * sizeof(clast_device_span),
-                            .templates = device->topologies.templates.address,
+                            .templates = clast_vulkan_topologies(device)->templates.address,
                             .span_count = (uint32_t)range->count,
                             .keep = keep ? 1 : 0};
     clast_gpu_run(commands, &(clast_gpu_call){
@@ -103,7 +103,8 @@ static clast_status place_items(clast_frame *frame, clast_frame_unit *const *lis
 // emitting takes longer.
 static void place_drafts(clast_frame *frame, clast_gpu_commands *commands, clast_frame_unit *const *list, size_t count)
 {
-    enum { DRAFT_WORDS = 1536, DRAFT_WORDS_MOST = 1 << 25 }; // of an item, and of all
+    // of an item, and of all; the least is for few items that are split many times
+    enum { DRAFT_WORDS = 1536, DRAFT_WORDS_LEAST = 1 << 21, DRAFT_WORDS_MOST = 1 << 25 };
     clast_vulkan_frame *device = clast_vulkan_of(frame);
     uint64_t items = 0;
     for (size_t i = 0; i < count; i++) {
@@ -111,6 +112,7 @@ static void place_drafts(clast_frame *frame, clast_gpu_commands *commands, clast
         device->units[list[i]->unit->number].drafts = 0;
     }
     uint64_t room = items < DRAFT_WORDS_MOST / DRAFT_WORDS ? items * DRAFT_WORDS : DRAFT_WORDS_MOST;
+    room = room > DRAFT_WORDS_LEAST ? room : DRAFT_WORDS_LEAST;
     uint64_t head_at = (items * sizeof(uint32_t) + 15) / 16 * 16, place = 0;
     uint64_t bytes = head_at + sizeof(clast_draft_head) + room * sizeof(uint32_t);
     bool none = items == 0 || frame->settings.max_bytes != 0 ||

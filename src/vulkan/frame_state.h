@@ -33,7 +33,7 @@ struct clast_vulkan_frame {
     clast_gpu_buffer scene; // clast_device_scene: what rays are traced through, as are the next
     clast_gpu_buffer placements, placement_boxes, placement_tree;
     clast_gpu_buffer spans, item_counts, sums, spaces, scratch;
-    clast_gpu_buffer drafts; // places by item, then clast_draft_head and its words
+    clast_gpu_buffer drafts;      // places by item, then clast_draft_head and its words
     clast_device_span *span_list; // what `spans` gets
     size_t span_count, span_capacity;
     clast_unit_sums *unit_sums; // what came back, by geometry number
@@ -45,8 +45,12 @@ struct clast_vulkan_frame {
     uint64_t kept_items;
     size_t kept_units;
     float kept_rate;
-    clast_gpu_commands *commands;       // from emit to tlas
-    bool is_whole;                      // `head` tells of a frame that was made
+    clast_gpu_commands *commands; // from emit to tlas
+    bool is_whole;                // `head` tells of a frame that was made
+    clast_frame *coarse;          // of the pass occlude (frame_coarse.c), where that is wanted, as are the next
+    clast_vulkan_frame *coarse_device;
+    clast_gpu_buffer coarse_rays;
+    clast_vulkan_frame *parent;         // of such a frame: whose mirrored data it uses
     struct clast_vulkan_render *render; // vulkan/render.h; null before the first render
 };
 
@@ -77,6 +81,14 @@ uint64_t clast_record_batches(const clast_frame_unit *unit); // of SOURCE_GROUP 
 static inline clast_vulkan_frame *clast_vulkan_of(const clast_frame *frame)
 {
     return frame->device;
+}
+
+// Before the passes of a frame.
+void clast_vulkan_begin(clast_vulkan_frame *device);
+void clast_vulkan_free_coarse(clast_vulkan_frame *device);
+static inline const clast_topologies *clast_vulkan_topologies(const clast_vulkan_frame *device)
+{
+    return device->parent != NULL ? &device->parent->topologies : &device->topologies;
 }
 
 // Uploads what is new of the frame's units, once a frame.

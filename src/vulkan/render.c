@@ -20,6 +20,7 @@ const clast_backend clast_vulkan_backend = {
     .passes = {CLAST_FRAME_VULKAN_PASSES(VULKAN_PASS) VULKAN_PASS(CLAST_PASS_TRACE, clast_vulkan_trace)
                    VULKAN_PASS(CLAST_PASS_SHADE, clast_vulkan_shade)},
     .count = clast_vulkan_count_units,
+    .coarse = clast_vulkan_trace_coarse,
     .forget = clast_vulkan_forget,
 };
 

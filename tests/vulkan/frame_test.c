@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+#include "clast/animation.h"
+
 #include "vulkan/frame.h"
 #include "vulkan/rays.h"
 #include "vulkan/test_device.h"
@@ -12,6 +14,7 @@
 static const clast_backend device_backend = {.name = "vulkan",
                                              .passes = {CLAST_FRAME_VULKAN_PASSES(STAGE_PASS)},
                                              .count = clast_vulkan_count_units,
+                                             .coarse = clast_vulkan_trace_coarse,
                                              .forget = clast_vulkan_forget};
 static test_device device;
 
@@ -101,6 +104,11 @@ static void compare(twins *t)
     assert_int_equal(a->vertices, b->vertices);
     assert_int_equal(a->triangles, b->triangles);
     assert_int_equal(a->instanced_triangles, b->instanced_triangles);
+    assert_int_equal(a->instance_count, b->instance_count);
+    for (size_t i = 0; i < a->instance_count; i++) {
+        assert_int_equal(a->instances[i].hidden, b->instances[i].hidden);
+        assert_int_equal(a->instances[i].occluded, b->instances[i].occluded);
+    }
     assert_int_equal(a->unit_count, b->unit_count);
     for (size_t i = 0; i < a->unit_count; i++) {
         assert_int_equal(a->units[i].used, b->units[i].used);
@@ -273,13 +281,126 @@ static void edits_between_frames_are_followed(void **state)
     twins_close(&t);
 }
 
+// A sphere that swells as the weight of its node grows.
+static uint32_t add_swelling(twins *t, bool displaced)
+{
+    clast_scene *scene = t->stage.scene;
+    shape s = shape_sphere(12, 9);
+    uint32_t geometry = shape_add_sphere(device.context, scene, 12, 9), node = CLAST_NONE;
+    const float rest = 0.0f;
+    if (displaced) {
+        shape_displace(device.context, scene, geometry, 0, 0.2f);
+    }
+    const clast_morph_target target = {.positions = s.positions, .normals = s.positions};
+    assert_ok(device.context, clast_scene_add_node(scene, &(clast_node_desc){.parent = CLAST_NONE}, NULL, &node));
+    assert_ok(device.context, clast_scene_set_node_weights(scene, node, &rest, 1));
+    assert_ok(device.context, clast_scene_set_mesh_morph(scene, geometry, &target, 1, node));
+    shape_free(&s);
+    shape_add_instance(device.context, scene, geometry, 0, 0, 0, 1);
+    return node;
+}
+
+static void swell(bool displaced)
+{
+    twins t = twins_open();
+    uint32_t node = add_swelling(&t, displaced);
+    for (int i = 0; i < 3; i++) {
+        const float weight = 0.25f * (float)(i != 2 ? i : 1);
+        assert_ok(device.context, clast_scene_set_node_weights(t.stage.scene, node, &weight, 1));
+        run_and_compare(&t);
+    }
+    twins_close(&t);
+}
+
+static void meshes_that_morph_are_the_same(void **state)
+{
+    (void)state;
+    swell(false);
+    swell(true);
+}
+
+static void what_lies_behind_is_hidden_alike(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    clast_context *context = device.context;
+    clast_scene *scene = t.stage.scene;
+    shape_add_instance(context, scene, shape_add_sphere(context, scene, 24, 16), 0, 0, 4, 2);
+    shape_add_instance(context, scene, shape_add_wave(context, scene, 4), 0, 0, -30, 0.2f);
+    add_bumps(&t);
+    run_and_compare(&t);
+    assert_true(t.frame->instances[1].occluded && !t.frame->instances[0].occluded);
+    const float aside[12] = {2, 0, 0, 5, 0, 2, 0, 0, 0, 0, 2, 4};
+    assert_ok(context, clast_scene_set_instance_transform(scene, 0, aside));
+    run_and_compare(&t);
+    assert_true(!t.frame->instances[1].occluded);
+    twins_close(&t);
+}
+
+static void frames_do_not_depend_on_those_before(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    add_sea(&t);
+    add_bumps(&t);
+    const double rates[] = {1.0, 0.05, 1.5, 0.0, 0.7};
+    for (int i = 0; i < 10; i++) {
+        t.stage.frame->settings.rate = rates[i % 5];
+        t.stage.frame->settings.max_bytes = i >= 5 ? (uint64_t)1 << 30 : 0; // rooms are as large as is needed, no more
+        run_and_compare(&t);
+    }
+    twins_close(&t);
+}
+
+static void frames_without_anything_are_empty(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    run_and_compare(&t);
+    assert_int_equal(t.frame->triangles, 0);
+    add_sea(&t);
+    run_and_compare(&t);
+    for (uint32_t i = 0; i < 3; i++) {
+        assert_ok(device.context, clast_scene_remove_instance(t.stage.scene, i));
+    }
+    run_and_compare(&t);
+    twins_close(&t);
+}
+
+static void what_does_not_fit_the_device_is_refused(void **state)
+{
+    (void)state;
+    clast_gpu *whole = device.gpu;
+    clast_gpu_desc desc = {.software = true, .hardware = true, .memory_limit = (uint64_t)96 << 20};
+    assert_ok(device.context, clast_gpu_create(device.context, &desc, &device.gpu));
+    twins t = twins_open();
+    uint32_t geometry = shape_add_wave(device.context, t.stage.scene, 300);
+    shape_add_instance(device.context, t.stage.scene, geometry, 0, -1, 0, 1);
+    t.stage.frame->settings.rate = 100.0;
+    assert_ok(device.context, clast_cooked_update(t.stage.cooked, t.stage.scene));
+    assert_int_equal(twins_try(&t), CLAST_ERROR_OUT_OF_MEMORY);
+    assert_int_equal(clast_vulkan_frame_scene(t.made), 0);
+    t.stage.frame->settings.rate = 0.0;
+    run_and_compare(&t);
+    twins_close(&t);
+    clast_gpu_destroy(device.gpu);
+    device.gpu = whole;
+}
+
 int main(void)
 {
     device = test_device_open();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_frame_has_the_same_records_and_vertices), cmocka_unit_test(what_moves_is_filled_anew),
-        cmocka_unit_test(budgets_give_the_same_at_every_step),       cmocka_unit_test(displaced_meshes_are_the_same),
+        cmocka_unit_test(a_frame_has_the_same_records_and_vertices),
+        cmocka_unit_test(what_moves_is_filled_anew),
+        cmocka_unit_test(budgets_give_the_same_at_every_step),
+        cmocka_unit_test(displaced_meshes_are_the_same),
         cmocka_unit_test(edits_between_frames_are_followed),
+        cmocka_unit_test(meshes_that_morph_are_the_same),
+        cmocka_unit_test(what_lies_behind_is_hidden_alike),
+        cmocka_unit_test(frames_do_not_depend_on_those_before),
+        cmocka_unit_test(frames_without_anything_are_empty),
+        cmocka_unit_test(what_does_not_fit_the_device_is_refused),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     return test_device_close(&device) && failed == 0 ? 0 : 1;
