@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "vulkan/frame_driver.h"
 #include "vulkan/frame_state.h"
 #include "vulkan/render.h"
 
@@ -27,6 +28,11 @@ clast_status clast_vulkan_frame_create(clast_gpu *gpu, clast_vulkan_frame **resu
     }
     *result = device;
     return CLAST_OK;
+}
+
+clast_status clast_vulkan_frame_use_driver(clast_vulkan_frame *device)
+{
+    return device->driver != NULL ? CLAST_OK : clast_frame_driver_create(device->gpu, &device->driver);
 }
 
 // What a unit has and the frame itself, as lists of buffers: for what is done to all of them.
@@ -78,6 +84,7 @@ void clast_vulkan_frame_destroy(clast_vulkan_frame *device)
     abandon(device);
     clast_vulkan_free_coarse(device);
     clast_vulkan_render_destroy(device->render);
+    clast_frame_driver_destroy(device->driver);
     for (size_t i = 0; i < device->unit_count; i++) {
         free_unit(device, &device->units[i]);
     }
@@ -121,7 +128,7 @@ uint64_t clast_vulkan_frame_address(const clast_vulkan_frame *device)
 
 uint64_t clast_vulkan_frame_scene(const clast_vulkan_frame *device)
 {
-    return device->is_whole ? device->scene.address : 0;
+    return device->is_whole && device->driver == NULL ? device->scene.address : 0;
 }
 
 clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device)
@@ -129,7 +136,8 @@ clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device)
     clast_frame_bytes bytes = {
         .records = device->item_counts.bytes + device->unit_records.bytes + device->spans.bytes + device->sums.bytes +
                    device->spaces.bytes + device->scratch.bytes + device->head.bytes + device->drafts.bytes,
-        .blas = clast_gpu_trees_bytes(device->trees),
+        .blas = clast_gpu_trees_bytes(device->trees) +
+                (device->driver != NULL ? clast_frame_driver_bytes(device->driver) : 0),
         .tlas = device->instances.bytes + device->instance_of.bytes + device->maps.bytes + device->scene.bytes +
                 device->placements.bytes + device->placement_boxes.bytes + device->placement_tree.bytes,
     };

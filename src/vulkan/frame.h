@@ -17,11 +17,14 @@ typedef struct clast_vulkan_frame clast_vulkan_frame;
 // What the backend keeps of a frame: for clast_frame.device. Freed before the frame's templates are.
 clast_status clast_vulkan_frame_create(clast_gpu *gpu, clast_vulkan_frame **device);
 void clast_vulkan_frame_destroy(clast_vulkan_frame *device);
+// From the next frame on, pictures' rays go through the driver's own acceleration structures (vulkan/driver.h), and clast's trees are
+// not built: for a frame that was just created. UNSUPPORTED where the device was not opened with ray_tracing, or has none.
+clast_status clast_vulkan_frame_use_driver(clast_vulkan_frame *device);
 
 clast_gpu *clast_vulkan_frame_gpu(const clast_vulkan_frame *device);
 // Where the clast_device_frame lies, once the passes up to CLAST_PASS_TLAS have run.
 uint64_t clast_vulkan_frame_address(const clast_vulkan_frame *device);
-// Where its clast_device_scene lies, which rays are traced through (vulkan/rays.h); 0 as above.
+// Where its clast_device_scene lies, which rays are traced through (vulkan/rays.h); 0 as above, and with the driver's structures.
 uint64_t clast_vulkan_frame_scene(const clast_vulkan_frame *device);
 // Bytes of the device's memory that the frame takes.
 uint64_t clast_vulkan_frame_bytes(const clast_vulkan_frame *device);

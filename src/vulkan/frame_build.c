@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "frame/unit.h"
+#include "vulkan/frame_driver.h"
 #include "vulkan/frame_state.h"
 
 // ------------------------------------------------------------------------------------------------------------- trees
@@ -22,6 +23,9 @@ clast_status clast_vulkan_blas(clast_frame *frame, void *target)
 {
     (void)target;
     clast_vulkan_frame *device = clast_vulkan_of(frame);
+    if (device->driver != NULL) {
+        return clast_frame_driver_build_units(frame, device->commands);
+    }
     clast_gpu_tree *list = clast_allocate(device->context, frame->unit_count + 1, sizeof *list);
     if (list == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
@@ -52,7 +56,8 @@ static void write_head(clast_frame *frame, clast_gpu_commands *commands)
         .units = store_address(device->unit_records.address),
         .instances = store_address(device->instances.address),
         .instance_of = store_address(device->instance_of.address),
-        .tree = store_address(device->scene.address),
+        .tree = store_address(device->driver != NULL ? clast_frame_driver_scene(device->driver)
+                                                     : device->scene.address),
         .templates = store_address(clast_vulkan_topologies(device)->templates.address),
         .unit_count = (uint32_t)frame->unit_count,
         .instance_count = (uint32_t)frame->instance_count,
@@ -133,7 +138,8 @@ clast_status clast_vulkan_tlas(clast_frame *frame, void *target)
     clast_gpu_pass(device->commands, "tlas");
     clast_status status = clast_vulkan_write_instances(frame, device->commands, &moves);
     if (status == CLAST_OK && (moves || changed || frame->instance_count == 0)) {
-        status = clast_vulkan_build_scene(frame, device->commands);
+        status = device->driver != NULL ? clast_frame_driver_build_scene(frame, device->commands)
+                                        : clast_vulkan_build_scene(frame, device->commands);
     }
     if (status != CLAST_OK) {
         return status;

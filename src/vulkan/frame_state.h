@@ -51,6 +51,7 @@ struct clast_vulkan_frame {
     clast_vulkan_frame *coarse_device;
     clast_gpu_buffer coarse_rays;
     clast_vulkan_frame *parent;         // of such a frame: whose mirrored data it uses
+    struct clast_frame_driver *driver;  // vulkan/frame_driver.h; null: rays go through clast's own trees
     struct clast_vulkan_render *render; // vulkan/render.h; null before the first render
 };
 

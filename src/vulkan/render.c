@@ -7,6 +7,7 @@
 
 #include "render/path.h"
 #include "shared/device_paths.h"
+#include "vulkan/frame_driver.h"
 #include "vulkan/frame_state.h"
 #include "vulkan/lights.h"
 #include "vulkan/materials.h"
@@ -296,6 +297,7 @@ typedef struct tile {
     clast_gpu_commands *commands;
     const clast_vulkan_render *render;
     const clast_render_target *target;
+    const clast_frame_driver *driver; // null: rays go through clast's own trees
     path_push push;
     uint32_t trace_groups;
     bool filtered;  // not every surface is opaque
@@ -331,6 +333,11 @@ static void run_list(const tile *tile, clast_shader shader, uint32_t list)
 // Rays that go much the same way.
 static void trace_places(const tile *tile, clast_shader shader)
 {
+    if (tile->driver != NULL) {
+        clast_frame_driver_trace(tile->driver, tile->commands, shader, &tile->push, sizeof tile->push,
+                                 tile->push.places);
+        return;
+    }
     clast_gpu_call call = {
         .shader = shader,
         .constants = {PATH_TRACE_GROUP, 0, STEPS, 0, tile->filtered},
@@ -347,6 +354,10 @@ static void trace_list(const tile *tile, clast_shader shader, uint32_t list)
 {
     path_push push = tile->push;
     push.list = list;
+    if (tile->driver != NULL) { // a list has no more rays than the tile has paths
+        clast_frame_driver_trace(tile->driver, tile->commands, shader, &push, sizeof push, push.places);
+        return;
+    }
     clast_gpu_call call = {
         .shader = shader,
         .constants = {PATH_TRACE_GROUP, REFILL, STEPS, 1, tile->filtered},
@@ -495,6 +506,7 @@ static clast_status submit_tile(const clast_vulkan_render *render, const clast_f
         .commands = commands,
         .render = render,
         .target = target,
+        .driver = clast_vulkan_of(frame)->driver,
         .push = {.render = render->head.address,
                  .sample = target->sample,
                  .first_row = row,

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole pictures of a device against those of the processor, from the same samples. What is hit is the same; radiance differs
-// by rounding, which now and then sends a path another way.
+// by rounding, which now and then sends a path another way. All of it twice: through clast's own trees and, where there are
+// some, through the driver's acceleration structures.
 #include "render/picture.h"
 
 #include "vulkan/render.h"
 #include "vulkan/test_device.h"
 
 static test_device device;
+static bool through_driver;
 
 enum { SIZE = 36, SAMPLES = 4 };
 
@@ -55,6 +57,9 @@ static twin twin_open(const picture *p)
     twin t = {0};
     assert_ok(p->context, clast_frame_create(p->scene, p->cooked, &t.frame));
     assert_ok(p->context, clast_vulkan_frame_create(device.gpu, &t.made));
+    if (through_driver) {
+        assert_ok(p->context, clast_vulkan_frame_use_driver(t.made));
+    }
     t.frame->device = t.made;
     t.frame->settings = p->frame->settings;
     assert_ok(p->context, clast_frame_run(t.frame, &clast_vulkan_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL));
@@ -76,7 +81,15 @@ static double mean_of(const float *values, size_t count)
     return sum / (double)count;
 }
 
-// Renders the views with both backends. One pixel in a hundred may be another: a sample of it went another way.
+// How many pixels may be others, as a sample of them went another way: one in a hundred. Hits by the driver have other last digits,
+// and so have the rays that leave them, whose digits decide whether blended surfaces let them pass: then colours may be others in
+// one of ten.
+static uint32_t most_differences(clast_view view, size_t pixels)
+{
+    return (uint32_t)(through_driver && view == CLAST_VIEW_COLOUR ? pixels / 10 : pixels / 100);
+}
+
+// Renders the views with both backends.
 static void compare_views(picture *p, twin *t, const clast_view *views, size_t count)
 {
     size_t pixels = (size_t)p->settings.width * p->settings.height;
@@ -93,7 +106,7 @@ static void compare_views(picture *p, twin *t, const clast_view *views, size_t c
         if (differ > 0) {
             print_message("view %d: %u of %zu pixels differ\n", (int)views[i], differ, pixels);
         }
-        assert_true(differ <= pixels / 100);
+        assert_true(differ <= most_differences(views[i], pixels));
     }
     double mean = mean_of(p->pixels[CLAST_VIEW_COLOUR], 3 * pixels);
     assert_near(mean_of(outputs[0].pixels, 3 * pixels), mean, 0.01 * mean);
@@ -322,16 +335,42 @@ static void a_render_can_be_stopped(void **state)
     picture_close(&p);
 }
 
-int main(void)
+static int run_all(void)
 {
-    test_device_progress.progress = go_on;
-    device = test_device_open();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lamps_light_a_room),      cmocka_unit_test(materials_scatter_alike),
         cmocka_unit_test(eyes_look_through_alike), cmocka_unit_test(waves_are_cut_alike),
         cmocka_unit_test(settings_mean_the_same),  cmocka_unit_test(lenses_and_panoramas_see_alike),
         cmocka_unit_test(a_render_can_be_stopped),
     };
+    device = test_device_open();
     int failed = cmocka_run_group_tests_name("pictures of a device", tests, NULL, NULL);
     return test_device_close(&device) ? failed : 1;
+}
+
+static int run_through_driver(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lamps_light_a_room),
+        cmocka_unit_test(materials_scatter_alike),
+        cmocka_unit_test(eyes_look_through_alike),
+        cmocka_unit_test(waves_are_cut_alike),
+    };
+    device = test_device_open_as(
+        &(clast_gpu_desc){.software = true, .hardware = true, .validate = true, .ray_tracing = true});
+    through_driver = clast_gpu_features_of(device.gpu)->ray_tracing;
+    int failed = 0;
+    if (through_driver) {
+        failed = cmocka_run_group_tests_name("pictures by the driver's structures", tests, NULL, NULL);
+    } else {
+        fprintf(stderr, "left out: %s has no ray tracing\n", clast_gpu_features_of(device.gpu)->name);
+    }
+    return test_device_close(&device) ? failed : 1;
+}
+
+int main(void)
+{
+    test_device_progress.progress = go_on;
+    int failed = run_all();
+    return failed + run_through_driver();
 }
