@@ -78,12 +78,12 @@ struct walk {
     bool goes_on;
 };
 
-// Takes the range to where it meets its neighbour.
+// Takes the range to where it meets its neighbour. What this group has written is seen by whoever goes on there, and what those
+// wrote who came before is seen by this group: a barrier follows each step and each merge.
 walk step_up(walk w, uint first, uint last)
 {
     shared_numbers ranges = shared_numbers(push.ranges);
     bool to_right = w.left == first || (w.right != last && is_nearer(w.right, w.left - 1u));
-    memoryBarrierBuffer();
     uint met = atomicExchange(ranges.at[to_right ? w.right : w.left - 1u], to_right ? w.left : w.right);
     memoryBarrierBuffer();
     w.goes_on = met != CLAST_NONE;
@@ -318,6 +318,7 @@ void main()
         last = first + tree_jobs(push.jobs).at[number].count - 1u;
         uint cluster = CHILD_ITEM | (uints(push.order).at[item] - first);
         shared_slots(push.slots).at[item] = uvec2(cluster, item);
+        memoryBarrierBuffer();
         if (first == last) {
             tree_works(push.work).at[number].root = cluster;
             w.goes_on = false;

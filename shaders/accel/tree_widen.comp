@@ -7,17 +7,17 @@
 // finish what is in the queue, the lowest first: so what waits never takes much room.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#define GROUP_SIZE 128u
+#define GROUP_SIZE 256u
 #include "gpu.glsl"
 #include "accel/node.glsl"
 #include "accel/tree_jobs.glsl"
 
-layout(local_size_x = 128) in;
+layout(local_size_x = 256) in;
 
-const uint MANY = 384u;
+const uint MANY = 512u;
 const uint DEPTH_SHIFT = TREE_ITEMS_BITS;
 const uint NUMBER_MASK = (1u << TREE_ITEMS_BITS) - 1u;
-// Below: of each level but the lowest, what a step adds; above: MANY and what a step adds.
+// Of each level, what a step adds.
 const uint ROOM = TREE_LEVELS * TEAMS * TREE_CHILDREN;
 
 shared uint waiting[ROOM]; // pairs that become nodes, each with its level

@@ -48,7 +48,8 @@ void clast_gpu_trees_destroy(clast_gpu_trees *trees);
 // barriers, before it and between its kernels; what follows needs one.
 clast_status clast_gpu_trees_build(clast_gpu_trees *trees, clast_gpu_commands *commands, const clast_gpu_tree *list,
                                    uint32_t count, clast_gpu_tree_order order);
-// Fits trees to new boxes of the same items. What is kept is a build's or a shape's; the other addresses may be others than then. One kernel, with a barrier before it; what follows needs one.
+// Fits trees to new boxes of the same items. What is kept is a build's or a shape's; the other addresses may be others than
+// then. One kernel, with a barrier before it; what follows needs one.
 clast_status clast_gpu_trees_refit(clast_gpu_trees *trees, clast_gpu_commands *commands, const clast_gpu_tree *list,
                                    uint32_t count);
 // What is kept of a tree of the processor's over the same items, so that one that was built with care, once, is fitted on the
