@@ -368,6 +368,8 @@ static void every_item_is_reached_once_at_any_count(void **state)
     const uint32_t one[] = {33000};
     check_trees(one, 1, make_uniform);
     check_trees(one, 1, make_surface);
+    const uint32_t many[] = {3, 263000}; // more than two kernels of three levels can join
+    check_trees(many, 2, make_surface);
 }
 
 static void boxes_may_be_alike_or_broken(void **state)
