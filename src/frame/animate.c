@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass animate: what stands where at this moment.
 #include <math.h>
+#include <stdatomic.h>
+#include <string.h>
 
 #include "base/thread.h"
 #include "frame/backend.h"
+
+enum { INSTANCE_GRAIN = 2048 };
 
 static clast_status make_room(clast_frame *frame)
 {
@@ -94,34 +98,106 @@ static bool invert(const clast_transform *t, clast_transform *inverse)
     return sound;
 }
 
-// Instances that are removed, invisible or squashed to nothing drop out.
-static clast_status place_instances(clast_frame *frame)
+typedef struct place_job {
+    clast_frame *frame;
+    size_t *counts;          // by chunk: instances that are there, at the beginning of the chunk's part of the frame's
+    _Atomic size_t uncooked; // the first instance whose geometry is not cooked
+} place_job;
+
+static void note_uncooked(place_job *job, size_t instance)
 {
-    const clast_scene *scene = frame->scene;
-    size_t next = 0;
-    frame->instance_count = 0;
-    frame->frame_instance_of_count = scene->instance_count;
-    for (size_t i = 0; i < scene->instance_count; i++) {
-        const clast_instance *from = &scene->instances[i];
+    size_t first = atomic_load(&job->uncooked);
+    while (instance < first && !atomic_compare_exchange_weak(&job->uncooked, &first, instance)) {
+    }
+}
+
+// By any thread.
+static void note_used(clast_frame_unit *unit)
+{
+    if (!__atomic_load_n(&unit->used, __ATOMIC_RELAXED)) {
+        __atomic_store_n(&unit->used, true, __ATOMIC_RELAXED);
+    }
+}
+
+// Instances that are removed, invisible or squashed to nothing drop out.
+static void place_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    place_job *job = data;
+    clast_frame *frame = job->frame;
+    size_t next = clast_frame_first_attachment(frame, begin), count = 0;
+    for (size_t i = begin; i < end; i++) {
+        const clast_instance *from = &frame->scene->instances[i];
         frame->frame_instance_of[i] = CLAST_NONE;
         if (from->removed || !from->visible) {
             continue;
         }
         if (from->geometry >= frame->unit_count || frame->units[from->geometry].unit == NULL) {
-            return clast_fail(frame->context, CLAST_ERROR_STATE, "instance %zu shows geometry %u, which is not cooked",
-                              i, from->geometry);
-        }
-        clast_frame_instance instance = {.scene_instance = (uint32_t)i,
-                                         .unit = from->geometry,
-                                         .to_world = clast_frame_place_instance(frame, i, &next)};
-        if (!invert(&instance.to_world, &instance.to_object)) {
+            note_uncooked(job, i);
             continue;
         }
-        frame->frame_instance_of[i] = (uint32_t)frame->instance_count;
-        frame->instances[frame->instance_count++] = instance;
-        frame->units[from->geometry].used = true;
+        clast_frame_instance *instance = &frame->instances[begin + count];
+        *instance = (clast_frame_instance){.scene_instance = (uint32_t)i,
+                                           .unit = from->geometry,
+                                           .to_world = clast_frame_place_instance(frame, i, &next)};
+        if (invert(&instance->to_world, &instance->to_object)) {
+            note_used(&frame->units[from->geometry]);
+            count++;
+        }
     }
-    return CLAST_OK;
+    job->counts[begin / INSTANCE_GRAIN] = count;
+}
+
+// Tells the scene's instances of a chunk where they are in the frame.
+static void number_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const place_job *job = data;
+    clast_frame *frame = job->frame;
+    for (size_t chunk = begin; chunk < end; chunk++) {
+        for (size_t i = job->counts[chunk]; i < job->counts[chunk + 1]; i++) {
+            frame->frame_instance_of[frame->instances[i].scene_instance] = (uint32_t)i;
+        }
+    }
+}
+
+// Brings the chunks' instances together. Their counts become where they begin.
+static void gather_instances(place_job *job, size_t chunks)
+{
+    clast_frame *frame = job->frame;
+    frame->instance_count = 0;
+    for (size_t chunk = 0; chunk < chunks; chunk++) {
+        const clast_frame_instance *from = frame->instances + chunk * INSTANCE_GRAIN;
+        clast_frame_instance *to = frame->instances + frame->instance_count;
+        size_t count = job->counts[chunk];
+        if (from != to) {
+            memmove(to, from, count * sizeof *to);
+        }
+        job->counts[chunk] = frame->instance_count;
+        frame->instance_count += count;
+    }
+    job->counts[chunks] = frame->instance_count;
+    clast_parallel_for(frame->context, chunks, 1, number_range, job);
+}
+
+static clast_status place_instances(clast_frame *frame)
+{
+    const clast_scene *scene = frame->scene;
+    size_t chunks = (scene->instance_count + INSTANCE_GRAIN - 1) / INSTANCE_GRAIN;
+    place_job job = {.frame = frame, .counts = clast_allocate_zeroed(frame->context, chunks + 1, sizeof *job.counts)};
+    if (job.counts == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    atomic_init(&job.uncooked, scene->instance_count);
+    frame->frame_instance_of_count = scene->instance_count;
+    clast_parallel_for(frame->context, scene->instance_count, INSTANCE_GRAIN, place_range, &job);
+    gather_instances(&job, chunks);
+    clast_free(frame->context, job.counts);
+    size_t uncooked = atomic_load(&job.uncooked);
+    return uncooked == scene->instance_count
+               ? CLAST_OK
+               : clast_fail(frame->context, CLAST_ERROR_STATE, "instance %zu shows geometry %u, which is not cooked",
+                            uncooked, scene->instances[uncooked].geometry);
 }
 
 clast_status clast_cpu_animate(clast_frame *frame, void *target)

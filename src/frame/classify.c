@@ -94,12 +94,6 @@ static nearness nearness_of(const clast_frame_instance *instance, const clast_bo
     return result;
 }
 
-// Whether lengths of `a` are seen larger than those of `b`.
-static bool is_nearer(const nearness *a, const nearness *b)
-{
-    return a->scale_square * b->distance_square > b->scale_square * a->distance_square;
-}
-
 // Pixels that a length of one covers: at distance one, or anywhere where rays are parallel.
 static float pixels_of(const clast_frame_settings *settings)
 {
@@ -145,15 +139,6 @@ static bool has_transparency(const clast_scene *scene, const clast_unit *unit)
     return false;
 }
 
-// What makes the view of a unit, found so far.
-typedef struct unit_view {
-    uint32_t instances;
-    bool seen;
-    const clast_frame_instance *instance; // the nearest
-    nearness nearest;
-    float pixels;
-} unit_view;
-
 static void classify_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
@@ -166,32 +151,76 @@ static void classify_range(void *data, size_t begin, size_t end, uint32_t worker
     }
 }
 
-static void look_at_instance(const clast_frame *frame, const clast_frame_instance *instance, unit_view *view)
+// What decides which instance of a unit is looked at: found of all instances at once, on all threads. The rest is found anew of
+// the one that it becomes.
+typedef struct closeness {
+    float scale_square, distance_square; // as nearness has them
+    uint32_t unit;
+    bool hidden;
+} closeness;
+
+typedef struct closeness_job {
+    const clast_frame *frame;
+    closeness *list;
+} closeness_job;
+
+// What makes the view of a unit, found so far.
+typedef struct unit_view {
+    uint32_t instances;
+    bool seen;
+    const clast_frame_instance *instance; // the nearest
+    closeness nearest;
+} unit_view;
+
+static nearness look_at_instance(const clast_frame *frame, const clast_frame_instance *instance, float *pixels)
 {
     const clast_box *box = &frame->units[instance->unit].bounds;
-    float pixels = 0.0f;
-    vec3 eye = eye_of(frame, &instance->bounds, &pixels);
-    nearness here = box_is_empty(box) ? (nearness){.eye = eye} : nearness_of(instance, box, eye);
+    vec3 eye = eye_of(frame, &instance->bounds, pixels);
+    return box_is_empty(box) ? (nearness){.eye = eye} : nearness_of(instance, box, eye);
+}
+
+static void look_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    closeness_job *job = data;
+    for (size_t i = begin; i < end; i++) {
+        const clast_frame_instance *instance = &job->frame->instances[i];
+        float pixels = 0.0f;
+        nearness here = look_at_instance(job->frame, instance, &pixels);
+        job->list[i] = (closeness){here.scale_square, here.distance_square, instance->unit, instance->hidden};
+    }
+}
+
+// Whether lengths of `a` are seen larger than those of `b`.
+static bool is_nearer(const closeness *a, const closeness *b)
+{
+    return a->scale_square * b->distance_square > b->scale_square * a->distance_square;
+}
+
+static void compare_instance(const closeness *here, const clast_frame_instance *instance, unit_view *view)
+{
     // an instance that is seen comes before all that are not
-    bool better = instance->hidden == !view->seen ? is_nearer(&here, &view->nearest) : !instance->hidden;
+    bool better = here->hidden == !view->seen ? is_nearer(here, &view->nearest) : !here->hidden;
     if (view->instances++ == 0 || better) {
         view->instance = instance;
-        view->nearest = here;
-        view->pixels = pixels;
+        view->nearest = *here;
     }
-    view->seen = view->seen || !instance->hidden;
+    view->seen = view->seen || !here->hidden;
 }
 
 // Uniform scales change nothing: lengths and distances grow alike. Others are right where the instance is nearest.
-static clast_source_view view_of(const clast_frame_settings *settings, const unit_view *found)
+static clast_source_view view_of(const clast_frame *frame, const unit_view *found)
 {
-    const nearness *nearest = &found->nearest;
+    const clast_frame_settings *settings = &frame->settings;
+    float pixels = 0.0f;
+    nearness here = look_at_instance(frame, found->instance, &pixels);
+    const nearness *nearest = &here;
     const clast_camera *camera = &settings->rate_camera;
     float stretch = rough_sqrt(rough_divide(nearest->scale_square * nearest->own_square, nearest->distance_square));
     bool sound = nearest->distance_square > 0.0f && is_finite1(stretch) && stretch > 0.0f;
     return (clast_source_view){
         .eye = store3(nearest->eye),
-        .pixels_per_unit = found->pixels * (sound ? stretch : 1.0f),
+        .pixels_per_unit = pixels * (sound ? stretch : 1.0f),
         .rate = (float)settings->rate,
         .hidden = found->seen ? 0u : 1u,
         .to_camera = camera_transform(camera, &found->instance->to_world),
@@ -211,20 +240,24 @@ static clast_source_view view_of(const clast_frame_settings *settings, const uni
 clast_status clast_frame_view_units(clast_frame *frame)
 {
     unit_view *views = clast_allocate_zeroed(frame->context, frame->unit_count, sizeof *views);
-    if (views == NULL) {
-        return CLAST_ERROR_OUT_OF_MEMORY;
+    closeness *list = clast_allocate(frame->context, frame->instance_count, sizeof *list);
+    clast_status status = views != NULL && list != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
+    if (status == CLAST_OK) {
+        closeness_job job = {frame, list};
+        clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, look_range, &job);
+        for (size_t i = 0; i < frame->instance_count; i++) {
+            compare_instance(&list[i], &frame->instances[i], &views[list[i].unit]);
+        }
     }
-    for (size_t i = 0; i < frame->instance_count; i++) {
-        look_at_instance(frame, &frame->instances[i], &views[frame->instances[i].unit]);
-    }
-    for (size_t i = 0; i < frame->unit_count; i++) {
+    for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
         if (frame->units[i].used) {
-            frame->units[i].view = view_of(&frame->settings, &views[i]);
+            frame->units[i].view = view_of(frame, &views[i]);
             frame->units[i].filtered = has_transparency(frame->scene, frame->units[i].unit);
         }
     }
+    clast_free(frame->context, list);
     clast_free(frame->context, views);
-    return CLAST_OK;
+    return status;
 }
 
 clast_status clast_cpu_classify(clast_frame *frame, void *target)

@@ -32,6 +32,7 @@ typedef struct clast_frame_unit {
     clast_posed_mesh posed; // what the pose points to
     bool used;              // an instance shows it
     bool filtered;          // a material of it is not opaque
+    bool may_emit;          // one shines
     clast_box bounds;       // of the pose, in the unit's own space; lower > upper where there is nothing
     clast_change change;    // what the passes must make anew
     bool made;              // view and pose below are those of what is there

@@ -97,14 +97,29 @@ static clast_status add_emitters(clast_frame *frame, emitter_job *job)
     return status;
 }
 
+// Which units may emit: most often none does, and no instance need be looked at.
+static bool find_emitting(clast_frame *frame)
+{
+    bool any = false;
+    for (size_t i = 0; i < frame->unit_count; i++) {
+        clast_frame_unit *unit = &frame->units[i];
+        unit->may_emit = unit->used && may_emit(frame->scene, unit->unit);
+        any = any || unit->may_emit;
+    }
+    return any;
+}
+
 clast_status clast_cpu_lights(clast_frame *frame, void *target)
 {
     (void)target;
     frame->emitter_count = 0;
+    if (!find_emitting(frame)) {
+        return CLAST_OK;
+    }
     for (size_t i = 0; i < frame->instance_count; i++) {
         const clast_frame_instance *instance = &frame->instances[i];
         const clast_frame_unit *unit = &frame->units[instance->unit];
-        if (!may_emit(frame->scene, unit->unit)) {
+        if (!unit->may_emit) {
             continue;
         }
         emitter_job job = {.frame = frame, .unit = unit, .instance = instance, .instance_number = (uint32_t)i};

@@ -86,6 +86,31 @@ static void a_hit_leads_back_to_the_surface(void **state)
     stage_close(&s);
 }
 
+static void many_instances_keep_their_order_where_some_drop_out(void **state)
+{
+    enum { COUNT = 7000 };
+    clast_context *context = *state;
+    stage s = stage_open(context);
+    uint32_t geometry = shape_add_sphere(context, s.scene, 4, 3), expected = 0;
+    for (uint32_t i = 0; i < COUNT; i++) {
+        shape_add_instance(context, s.scene, geometry, (float)i, 0, 0, i % 11 == 3 ? 0.0f : 1.0f);
+        if (i % 7 == 0 || (i > 2500 && i < 5000)) {
+            assert_ok(context, clast_scene_set_instance_visible(s.scene, i, false));
+        }
+    }
+    stage_run(&s);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        bool there = i % 11 != 3 && i % 7 != 0 && !(i > 2500 && i < 5000);
+        assert_int_equal(s.frame->frame_instance_of[i], there ? expected : CLAST_NONE);
+        if (there) {
+            assert_int_equal(s.frame->instances[expected].scene_instance, i);
+            assert_true(s.frame->instances[expected++].to_world.rows[0].v[3] == (float)i);
+        }
+    }
+    assert_int_equal(s.frame->instance_count, expected);
+    stage_close(&s);
+}
+
 static void removed_and_invisible_instances_drop_out(void **state)
 {
     clast_context *context = *state;
@@ -398,6 +423,7 @@ int main(void)
         CONTEXT_TEST(rays_hit_the_instance_that_is_there),
         CONTEXT_TEST(a_hit_leads_back_to_the_surface),
         CONTEXT_TEST(removed_and_invisible_instances_drop_out),
+        CONTEXT_TEST(many_instances_keep_their_order_where_some_drop_out),
         CONTEXT_TEST(moved_instances_are_hit_where_they_are),
         CONTEXT_TEST(units_that_did_not_change_keep_all_they_have),
         CONTEXT_TEST(moved_vertices_are_hit_where_they_are),
