@@ -41,5 +41,5 @@ void main()
     vec4 none = vec4(-1.0f, -2.0f, -3.0f, -4.0f);
     vec4 value = texture_value(all, material, question.slot, coordinates, question.encoding, none);
     texture_answers(push.answers).at[number].value = store4(value);
-    texture_answers(push.answers).at[number].alpha = texture_alpha(material, question.slot, coordinates);
+    texture_answers(push.answers).at[number].alpha = texture_alpha(all, material, question.slot, coordinates);
 }

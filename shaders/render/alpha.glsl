@@ -22,7 +22,7 @@ hit_surface surface_of_candidate(frame_reference frame, materials_reference all,
     hit_surface found;
     found.material = material_at(all, surface.material);
     precise float alpha = load4(found.material.of.record.base_colour)[3] * surface.colour[3] *
-                          texture_alpha(found.material, SLOT_BASE_COLOUR, surface.coordinates);
+                          texture_alpha(all, found.material, SLOT_BASE_COLOUR, surface.coordinates);
     found.alpha = alpha;
     found.primitive = hit.point.primitive;
     return found;

@@ -8,6 +8,7 @@
 #include "textures.glsl"
 #include "shared/device_materials.h"
 
+ARRAY_OF(addresses, packed_address, 4)
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer materials_reference { clast_device_materials of; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer material_reference { clast_device_material of; };
 
@@ -44,8 +45,25 @@ FN float texel_colour(materials_reference all, float stored, uint type, uint enc
     return colour;
 }
 
-vec4 fetch_texel(clast_device_image image, uint x, uint y)
+vec4 fetch_compressed_texel(materials_reference all, clast_device_image image, uint x, uint y)
 {
+    uint kind = format_block(image.format);
+    uint64_t words = kind == BLOCK_BC1 || kind == BLOCK_BC4 ? 2ul : 4ul;
+    uint64_t across = uint64_t((size_width(image.size) + 3u) / 4u);
+    uint64_t number = uint64_t(y / 4u) * across + uint64_t(x / 4u);
+    uint64_t address = load_address(addresses(load_address(all.of.blocks)).at[image.texture]);
+    uints block = uints(address + 4ul * words * number);
+    uvec2 first = uvec2(block.at[0], block.at[1]);
+    uvec2 second = words == 4ul ? uvec2(block.at[2], block.at[3]) : uvec2(0u, 0u);
+    uint texel = block_texel(kind, first[0], first[1], second[0], second[1], (y & 3u) * 4u + (x & 3u));
+    return vec4(unorm8(texel & 255u), unorm8(texel >> 8u & 255u), unorm8(texel >> 16u & 255u), unorm8(texel >> 24u));
+}
+
+vec4 fetch_texel(materials_reference all, clast_device_image image, uint x, uint y)
+{
+    if (format_block(image.format) != BLOCK_NONE) {
+        return fetch_compressed_texel(all, image, x, y);
+    }
     return texelFetch(textures[nonuniformEXT(image.texture)], ivec2(x, y), 0);
 }
 
@@ -54,7 +72,7 @@ vec4 image_texel(materials_reference all, clast_device_image image, uint x, uint
 {
     uint channels = format_channels(image.format);
     uint type = format_type(image.format);
-    vec4 stored = fetch_texel(image, x, y);
+    vec4 stored = fetch_texel(all, image, x, y);
     float first = texel_colour(all, stored[0], type, encoding);
     vec4 texel = vec4(first, first, first, 1.0f);
     if (channels >= 3u) {
@@ -122,14 +140,14 @@ vec4 texture_value(materials_reference all, material_reference material, uint sl
     return image_blend(all, use.image, place.x, place.y, encoding);
 }
 
-float image_alpha(clast_device_image image, uint x, uint y)
+float image_alpha(materials_reference all, clast_device_image image, uint x, uint y)
 {
-    vec4 stored = fetch_texel(image, x, y);
+    vec4 stored = fetch_texel(all, image, x, y);
     return texel_number(format_channels(image.format) == 2u ? stored[1] : stored[3], format_type(image.format));
 }
 
 // Its alpha alone.
-float texture_alpha(material_reference material, uint slot, vec2 coordinates[2])
+float texture_alpha(materials_reference all, material_reference material, uint slot, vec2 coordinates[2])
 {
     if (!has_texture(material, slot)) {
         return 1.0f;
@@ -140,11 +158,11 @@ float texture_alpha(material_reference material, uint slot, vec2 coordinates[2])
         return 1.0f;
     }
     texture_place place = place_in_texture(use, coordinates);
-    float alpha = image_alpha(use.image, place.x.first, place.y.first);
+    float alpha = image_alpha(all, use.image, place.x.first, place.y.first);
     if (reading_filter(use.reading) != CLAST_FILTER_NEAREST) {
-        float upper = mix1(alpha, image_alpha(use.image, place.x.second, place.y.first), place.x.weight);
-        float lower = mix1(image_alpha(use.image, place.x.first, place.y.second),
-                           image_alpha(use.image, place.x.second, place.y.second), place.x.weight);
+        float upper = mix1(alpha, image_alpha(all, use.image, place.x.second, place.y.first), place.x.weight);
+        float lower = mix1(image_alpha(all, use.image, place.x.first, place.y.second),
+                           image_alpha(all, use.image, place.x.second, place.y.second), place.x.weight);
         alpha = mix1(upper, lower, place.y.weight);
     }
     return alpha;

@@ -3,6 +3,7 @@
 #include "load/block.h"
 
 #include "load/image.h"
+#include "shared/block.h"
 
 static const struct {
     uint32_t size, channels;
@@ -30,33 +31,17 @@ clast_pixel_type clast_block_type(clast_block_format format)
 
 // ------------------------------------------------------------------------------------------------------- BC1, BC2, BC3
 
-// Five, six and five bits, widened by their upper ones.
-static void load_colour(const unsigned char *at, uint32_t colour[3])
-{
-    uint32_t bits = at[0] | (uint32_t)at[1] << 8;
-    uint32_t red = bits >> 11, green = bits >> 5 & 63u, blue = bits & 31u;
-    colour[0] = red << 3 | red >> 2;
-    colour[1] = green << 2 | green >> 4;
-    colour[2] = blue << 3 | blue >> 2;
-}
-
 // `has_black`: where the first colour is not the larger, the fourth is transparent black.
 static void decode_colours(const unsigned char *block, bool has_black, unsigned char pixels[CLAST_BLOCK_PIXELS][4])
 {
-    uint32_t ends[2][3];
-    load_colour(block, ends[0]);
-    load_colour(block + 2, ends[1]);
-    bool three = has_black && (block[0] | block[1] << 8) <= (block[2] | block[3] << 8);
+    uint32_t ends = clast_load_word(block);
     unsigned char palette[4][4];
-    for (uint32_t c = 0; c < 3; c++) {
-        uint32_t a = ends[0][c], b = ends[1][c];
-        palette[0][c] = (unsigned char)a;
-        palette[1][c] = (unsigned char)b;
-        palette[2][c] = (unsigned char)(three ? (a + b) / 2 : (2 * a + b + 1) / 3);
-        palette[3][c] = (unsigned char)(three ? 0 : (a + 2 * b + 1) / 3);
+    for (uint32_t code = 0; code < 4; code++) {
+        uint32_t colour = block_colour(ends, code, has_black);
+        for (uint32_t c = 0; c < 4; c++) {
+            palette[code][c] = (unsigned char)(colour >> 8 * c);
+        }
     }
-    palette[0][3] = palette[1][3] = palette[2][3] = 255;
-    palette[3][3] = three ? 0 : 255;
     for (uint32_t i = 0; i < CLAST_BLOCK_PIXELS; i++) {
         memcpy(pixels[i], palette[block[4 + i / 4] >> (i % 4 * 2) & 3], 4);
     }
@@ -71,34 +56,32 @@ static void decode_sharp_alpha(const unsigned char *block, unsigned char pixels[
 
 // ------------------------------------------------------------------------------------------------------------ BC4, BC5
 
-static void fill_palette(int32_t a, int32_t b, int32_t least, int32_t most, float palette[8])
+static void fill_signed_values(const unsigned char *block, unsigned char values[8])
 {
-    palette[0] = (float)a;
-    palette[1] = (float)b;
+    int32_t a = (int8_t)block[0], b = (int8_t)block[1]; // -128 means what -127 means
+    a = a < -127 ? -127 : a;
+    b = b < -127 ? -127 : b;
     int32_t steps = a > b ? 7 : 5;
+    float palette[8] = {(float)a, (float)b};
+    palette[6] = -127.0f;
+    palette[7] = 127.0f;
     for (int32_t i = 1; i < steps; i++) {
         palette[1 + i] = (float)((steps - i) * a + i * b) / (float)steps;
     }
-    if (steps == 5) {
-        palette[6] = (float)least;
-        palette[7] = (float)most;
+    for (uint32_t i = 0; i < 8; i++) {
+        values[i] = (unsigned char)((palette[i] + 127.0f) * (255.0f / 254.0f) + 0.5f);
     }
 }
 
 // One channel of eight values between two ends, into every `stride`th byte.
 static void decode_channel(const unsigned char *block, bool is_signed, unsigned char *pixels, uint32_t stride)
 {
-    float palette[8];
     unsigned char values[8];
-    if (is_signed) {
-        int32_t a = (int8_t)block[0], b = (int8_t)block[1]; // -128 means what -127 means
-        fill_palette(a < -127 ? -127 : a, b < -127 ? -127 : b, -127, 127, palette);
-    } else {
-        fill_palette(block[0], block[1], 0, 255, palette);
+    for (uint32_t code = 0; code < 8; code++) {
+        values[code] = (unsigned char)block_value(block[0], block[1], code);
     }
-    for (uint32_t i = 0; i < 8; i++) {
-        float value = is_signed ? (palette[i] + 127.0f) * (255.0f / 254.0f) : palette[i];
-        values[i] = (unsigned char)(value + 0.5f);
+    if (is_signed) {
+        fill_signed_values(block, values);
     }
     uint64_t codes = 0;
     for (uint32_t i = 0; i < 6; i++) {

@@ -6,22 +6,7 @@
 
 #include "clast/image.h"
 #include "load/bytes.h"
-
-// X(name, bytes of a block, channels, pixel type). Signed normalised values v are given as (v + 1) / 2.
-#define CLAST_BLOCK_LIST(X) \
-    X(CLAST_BLOCK_BC1, 8, 4, CLAST_PIXEL_UNORM8) \
-    X(CLAST_BLOCK_BC2, 16, 4, CLAST_PIXEL_UNORM8) \
-    X(CLAST_BLOCK_BC3, 16, 4, CLAST_PIXEL_UNORM8) \
-    X(CLAST_BLOCK_BC4, 8, 1, CLAST_PIXEL_UNORM8) \
-    X(CLAST_BLOCK_BC4_SIGNED, 8, 1, CLAST_PIXEL_UNORM8) \
-    X(CLAST_BLOCK_BC5, 16, 2, CLAST_PIXEL_UNORM8) \
-    X(CLAST_BLOCK_BC5_SIGNED, 16, 2, CLAST_PIXEL_UNORM8) \
-    X(CLAST_BLOCK_BC6, 16, 3, CLAST_PIXEL_FLOAT) \
-    X(CLAST_BLOCK_BC6_SIGNED, 16, 3, CLAST_PIXEL_FLOAT) \
-    X(CLAST_BLOCK_BC7, 16, 4, CLAST_PIXEL_UNORM8)
-
-#define CLAST_BLOCK_ENUMERATOR(name, size, channels, type) name,
-typedef enum clast_block_format { CLAST_BLOCK_LIST(CLAST_BLOCK_ENUMERATOR) CLAST_BLOCK_COUNT } clast_block_format;
+#include "scene/blocks.h"
 
 enum { CLAST_BLOCK_SIDE = 4, CLAST_BLOCK_PIXELS = 16, CLAST_BLOCK_BYTES_MOST = CLAST_BLOCK_PIXELS * 4 * 4 };
 

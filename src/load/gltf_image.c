@@ -18,6 +18,7 @@ typedef struct image_job {
     clast_file_view file;
     clast_bytes bytes;
     clast_image image;
+    clast_image_blocks blocks;
     clast_status status;
 } image_job;
 
@@ -48,6 +49,7 @@ static void close_image(clast_gltf *gltf, image_job *job)
     clast_file_unmap(gltf->context, &job->file);
     clast_free(gltf->context, job->block);
     clast_free(gltf->context, (void *)job->image.pixels);
+    clast_free(gltf->context, job->blocks.data);
 }
 
 static void decode_images(void *data, size_t begin, size_t end, uint32_t worker)
@@ -56,7 +58,8 @@ static void decode_images(void *data, size_t begin, size_t end, uint32_t worker)
     image_job *jobs = data;
     for (size_t i = begin; i < end; i++) {
         image_job *job = &jobs[i];
-        job->status = clast_decode_image(job->context, job->name, job->bytes.data, job->bytes.size, &job->image);
+        job->status = clast_decode_image_blocks(job->context, job->name, job->bytes.data, job->bytes.size, &job->image,
+                                                &job->blocks);
     }
 }
 
@@ -86,7 +89,11 @@ static void take_image(clast_gltf *gltf, image_job *job)
         return;
     }
     job->image.pixels = NULL;
-    clast_gltf_check(gltf, clast_scene_adopt_image(gltf->scene, &image, name, &gltf->images[job->index]));
+    uint32_t *number = &gltf->images[job->index];
+    if (clast_gltf_check(gltf, clast_scene_adopt_image(gltf->scene, &image, name, number)) &&
+        job->blocks.data != NULL) {
+        clast_scene_adopt_blocks(gltf->scene, *number, &job->blocks);
+    }
 }
 
 // Decodes some images side by side. More than a few at a time would hold too many files open.

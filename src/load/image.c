@@ -99,9 +99,21 @@ bool clast_is_image(clast_bytes bytes)
 clast_status clast_decode_image(clast_context *context, const char *name, const void *data, uint64_t size,
                                 clast_image *image)
 {
+    return clast_decode_image_blocks(context, name, data, size, image, NULL);
+}
+
+clast_status clast_decode_image_blocks(clast_context *context, const char *name, const void *data, uint64_t size,
+                                       clast_image *image, clast_image_blocks *blocks)
+{
     clast_bytes bytes = {data, size};
     *image = (clast_image){0};
+    if (blocks != NULL) {
+        *blocks = (clast_image_blocks){0};
+    }
     decoder *decode = decoder_of(bytes);
+    if (decode == clast_dds_decode) {
+        return clast_dds_decode_blocks(context, name, bytes, image, blocks);
+    }
     if (decode != NULL) {
         return decode(context, name, bytes, image);
     }

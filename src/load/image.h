@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "clast/image.h"
 #include "load/bytes.h"
+#include "scene/blocks.h"
 
 // Bounds on hostile headers: what is larger is refused before anything is allocated.
 enum { CLAST_IMAGE_SIDE = 65536 };
@@ -31,6 +32,9 @@ clast_status clast_jpeg_decode(clast_context *context, const char *name, clast_b
 clast_status clast_hdr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_pfm_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_dds_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+// The same, with the blocks that the pixels were decoded from where a device would read the same in them; `blocks` may be null.
+clast_status clast_dds_decode_blocks(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                     clast_image_blocks *blocks);
 clast_status clast_ktx_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_ktx2_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_webp_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);

@@ -146,7 +146,30 @@ static clast_status find_format(clast_context *context, const char *name, const 
                             header->masks[0], header->masks[1], header->masks[2], header->masks[3]);
 }
 
-clast_status clast_dds_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
+// Whether a device reads in blocks what clast makes of them: not where values are signed, as these are given as (v + 1) / 2.
+static bool means_the_same(const clast_texel_format *format)
+{
+    bool is_shifted = format->block == CLAST_BLOCK_BC4_SIGNED || format->block == CLAST_BLOCK_BC5_SIGNED;
+    return format->kind == CLAST_TEXEL_BLOCK && !format->is_premultiplied && !is_shifted;
+}
+
+// `pixels` was decoded: there are enough.
+static clast_status copy_blocks(clast_context *context, const clast_texel_format *format, const dds_header *header,
+                                clast_bytes pixels, clast_image_blocks *blocks)
+{
+    uint64_t size = 0;
+    clast_texel_image_size(format, header->width, header->height, &size);
+    *blocks = (clast_image_blocks){format->block, clast_allocate(context, (size_t)size, 1), (size_t)size};
+    if (blocks->data == NULL) {
+        *blocks = (clast_image_blocks){0};
+        return CLAST_ERROR_OUT_OF_MEMORY;
+    }
+    memcpy(blocks->data, pixels.data, (size_t)size);
+    return CLAST_OK;
+}
+
+clast_status clast_dds_decode_blocks(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                     clast_image_blocks *blocks)
 {
     clast_bytes pixels;
     dds_header header;
@@ -166,7 +189,19 @@ clast_status clast_dds_decode(clast_context *context, const char *name, clast_by
     }
     clast_texel_format format;
     clast_status status = find_format(context, name, &header, newer, &format);
-    return status == CLAST_OK
-               ? clast_texel_decode(context, name, &format, pixels, bytes.size, header.width, header.height, image)
-               : status;
+    if (status == CLAST_OK) {
+        status = clast_texel_decode(context, name, &format, pixels, bytes.size, header.width, header.height, image);
+    }
+    if (status == CLAST_OK && blocks != NULL && means_the_same(&format)) {
+        status = copy_blocks(context, &format, &header, pixels, blocks);
+        if (status != CLAST_OK) {
+            clast_image_free(context, image);
+        }
+    }
+    return status;
+}
+
+clast_status clast_dds_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
+{
+    return clast_dds_decode_blocks(context, name, bytes, image, NULL);
 }

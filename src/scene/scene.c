@@ -43,6 +43,7 @@ void clast_scene_destroy(clast_scene *scene)
     clast_context *context = scene->context;
     for (size_t i = 0; i < scene->image_count; i++) {
         clast_free(context, scene->images[i].name);
+        clast_free(context, scene->images[i].blocks.data);
         if (scene->images[i].owned) {
             clast_free(context, (void *)scene->images[i].image.pixels);
         }
@@ -136,6 +137,13 @@ clast_status clast_scene_adopt_image(clast_scene *scene, const clast_image *imag
     *number = (uint32_t)scene->image_count;
     scene->images[scene->image_count++] = added;
     return CLAST_OK;
+}
+
+void clast_scene_adopt_blocks(clast_scene *scene, uint32_t image, clast_image_blocks *blocks)
+{
+    clast_free(scene->context, scene->images[image].blocks.data);
+    scene->images[image].blocks = *blocks;
+    *blocks = (clast_image_blocks){0};
 }
 
 clast_status clast_scene_add_image(clast_scene *scene, const clast_image *image, const char *name, uint32_t *number)

@@ -7,13 +7,15 @@
 #include "base/context.h"
 #include "clast/render.h"
 #include "clast/scene.h"
+#include "scene/blocks.h"
 #include "scene/motion.h"
 #include "shared/transform.h"
 
 typedef struct clast_scene_image {
     clast_image image;
-    char *name; // null where none; so are all names here
-    bool owned; // image.pixels is a block of clast_allocate
+    char *name;                // null where none; so are all names here
+    bool owned;                // image.pixels is a block of clast_allocate
+    clast_image_blocks blocks; // what the pixels were decoded from
 } clast_scene_image;
 
 typedef struct clast_scene_material {
@@ -111,6 +113,8 @@ clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, 
                                     uint32_t block_count, const char *name, uint32_t *geometry);
 // An image whose pixels (a block of clast_allocate) the scene takes over, also where this call fails.
 clast_status clast_scene_adopt_image(clast_scene *scene, const clast_image *image, const char *name, uint32_t *number);
+// The blocks that an image of the scene was decoded from, which the scene takes over; `blocks` is empty then.
+void clast_scene_adopt_blocks(clast_scene *scene, uint32_t image, clast_image_blocks *blocks);
 // Keeps a mapped file until the scene ends. On failure the file is unmapped.
 clast_status clast_scene_keep_file(clast_scene *scene, clast_file_view file);
 

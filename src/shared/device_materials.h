@@ -3,23 +3,26 @@
 #ifndef CLAST_SHARED_DEVICE_MATERIALS_H
 #define CLAST_SHARED_DEVICE_MATERIALS_H
 
+#include "shared/block.h"
 #include "shared/scatter.h"
 #include "shared/surface.h"
 #include "shared/texture_filter.h"
 
-// A picture that kernels read: integers lie in it as fractions of their largest, three channels as four.
+// A picture that kernels read: integers lie in it as fractions of their largest, three channels as four. Or compressed: then it is
+// no texture of the device's, but blocks that the kernels look into.
 RECORD(clast_device_image)
 {
-    uint texture; // among the device's, CLAST_NONE for none
+    uint texture; // among the device's, or into clast_device_materials.blocks; CLAST_NONE for none
     uint format;  // image_format()
     uint size;    // image_size()
 };
 RECORD_SIZE(clast_device_image, 12)
 
-// Of 1 to 4 channels, and CLAST_PIXEL_: what its numbers were before.
-FN uint image_format(uint channels, uint type) { return channels | type << 8u; }
+// Of 1 to 4 channels; CLAST_PIXEL_: what its numbers were before; BLOCK_: how it is compressed.
+FN uint image_format(uint channels, uint type, uint block) { return channels | type << 8u | block << 16u; }
 FN uint format_channels(uint format) { return format & 255u; }
 FN uint format_type(uint format) { return format >> 8u & 255u; }
+FN uint format_block(uint format) { return format >> 16u; }
 // Up to 65536 texels a side.
 FN uint image_size(uint width, uint height) { return (width - 1u) | (height - 1u) << 16u; }
 FN uint size_width(uint size) { return (size & 65535u) + 1u; }
@@ -91,8 +94,9 @@ RECORD(clast_device_materials)
     packed_address linear16;  // and its 65536 values; 0 where no picture has 16 bits
     packed_address sheen;     // SCATTER_CELLS floats: what fuzz gives back
     packed_address glass;     // likewise, of each table: from outside, from inside
+    packed_address blocks;    // packed_address of each compressed picture's blocks, row by row from the top
     uint material_count;
 };
-RECORD_SIZE(clast_device_materials, 44)
+RECORD_SIZE(clast_device_materials, 52)
 
 #endif

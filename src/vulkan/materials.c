@@ -84,6 +84,11 @@ static void fill_tables(const clast_gpu_materials *materials, const clast_scatte
     for (uint32_t i = 0; materials->pictures.has_16_bits && i < LINEAR16; i++) {
         tables[i] = srgb_to_linear(unorm16(i));
     }
+    tables += materials->pictures.has_16_bits ? LINEAR16 : 0;
+    for (size_t i = 0; i < materials->pictures.block_count; i++) {
+        packed_address address = store_address(materials->pictures.blocks[i].address);
+        memcpy((packed_address *)tables + i, &address, sizeof address);
+    }
 }
 
 static clast_status write_tables(clast_gpu_materials *materials, clast_gpu_commands *commands,
@@ -91,7 +96,8 @@ static clast_status write_tables(clast_gpu_materials *materials, clast_gpu_comma
 {
     clast_context *context = clast_gpu_context(materials->gpu);
     uint64_t sheen = LINEAR8, glass = sheen + SCATTER_CELLS, colours16 = glass + (uint64_t)scatter->glass_count * GLASS;
-    uint64_t count = colours16 + (materials->pictures.has_16_bits ? LINEAR16 : 0);
+    uint64_t blocks = colours16 + (materials->pictures.has_16_bits ? LINEAR16 : 0);
+    uint64_t count = blocks + materials->pictures.block_count * (sizeof(packed_address) / sizeof(float));
     float *tables = clast_allocate(context, count, sizeof *tables);
     if (tables == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
@@ -106,6 +112,7 @@ static clast_status write_tables(clast_gpu_materials *materials, clast_gpu_comma
         head->linear8 = store_address(address);
         head->sheen = store_address(address + sheen * sizeof *tables);
         head->glass = store_address(address + glass * sizeof *tables);
+        head->blocks = store_address(address + blocks * sizeof *tables);
         head->linear16 = store_address(materials->pictures.has_16_bits ? address + colours16 * sizeof *tables : 0);
     }
     clast_free(context, tables);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images brought into formats that devices read. Integers stay as they are: kernels make of them what the processor does.
+// Images brought into formats that devices read. Integers stay as they are: kernels make of them what the processor does. So do
+// blocks, which are looked into by kernels where devices would round otherwise.
 #include "vulkan/pictures.h"
 
 #include "base/size.h"
@@ -21,6 +22,33 @@ static const VkFormat formats[3][3] = {
     [CLAST_PIXEL_UNORM16] = {VK_FORMAT_R16_UNORM, VK_FORMAT_R16G16_UNORM, VK_FORMAT_R16G16B16A16_UNORM},
     [CLAST_PIXEL_FLOAT] = {VK_FORMAT_R32_SFLOAT, VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT},
 };
+
+// How kernels look into blocks (shared/block.h); BLOCK_NONE: they do not.
+static uint32_t block_kind(const clast_image_blocks *blocks)
+{
+    switch (blocks->data != NULL ? blocks->format : CLAST_BLOCK_COUNT) {
+    case CLAST_BLOCK_BC1: return BLOCK_BC1;
+    case CLAST_BLOCK_BC2: return BLOCK_BC2;
+    case CLAST_BLOCK_BC3: return BLOCK_BC3;
+    case CLAST_BLOCK_BC4: return BLOCK_BC4;
+    case CLAST_BLOCK_BC5: return BLOCK_BC5;
+    default: return BLOCK_NONE;
+    }
+}
+
+// The format of blocks that all devices decode alike, to the bit, which the specification of these asks for; else
+// UNDEFINED.
+static VkFormat block_format(const clast_gpu *gpu, const clast_image_blocks *blocks)
+{
+    VkFormat format = VK_FORMAT_UNDEFINED;
+    switch (blocks->data != NULL ? blocks->format : CLAST_BLOCK_COUNT) {
+    case CLAST_BLOCK_BC6: format = VK_FORMAT_BC6H_UFLOAT_BLOCK; break;
+    case CLAST_BLOCK_BC6_SIGNED: format = VK_FORMAT_BC6H_SFLOAT_BLOCK; break;
+    case CLAST_BLOCK_BC7: format = VK_FORMAT_BC7_UNORM_BLOCK; break;
+    default: break;
+    }
+    return format != VK_FORMAT_UNDEFINED && clast_gpu_can_read(gpu, format) ? format : VK_FORMAT_UNDEFINED;
+}
 
 static size_t element_bytes(clast_pixel_type type)
 {
@@ -126,24 +154,55 @@ static clast_status write_pixels(clast_gpu_commands *commands, clast_gpu_texture
     return CLAST_OK;
 }
 
-static clast_status upload(clast_gpu_pictures *pictures, clast_gpu_commands *commands, const clast_scene_image *from,
-                           clast_device_image *made)
+static const char *name_of(const clast_scene_image *image)
+{
+    return image->name != NULL ? image->name : "an image";
+}
+
+static clast_status upload_blocks(clast_gpu_pictures *pictures, clast_gpu_commands *commands,
+                                  const clast_scene_image *from, clast_device_image *made)
+{
+    clast_context *context = clast_gpu_context(pictures->gpu);
+    const clast_image *image = &from->image;
+    clast_status status = CLAST_RESERVE(context, pictures->blocks, pictures->block_capacity, pictures->block_count + 1);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_gpu_buffer *buffer = &pictures->blocks[pictures->block_count];
+    *buffer = (clast_gpu_buffer){0};
+    status = clast_gpu_allocate(pictures->gpu, CLAST_GPU_DEVICE, from->blocks.bytes, name_of(from), buffer);
+    if (status == CLAST_OK) {
+        clast_gpu_write(commands, buffer, 0, from->blocks.data, from->blocks.bytes);
+        *made = (clast_device_image){(uint32_t)pictures->block_count++,
+                                     image_format(image->channels, image->type, block_kind(&from->blocks)),
+                                     image_size(image->width, image->height)};
+    }
+    return status;
+}
+
+static clast_status upload_texture(clast_gpu_pictures *pictures, clast_gpu_commands *commands,
+                                   const clast_scene_image *from, clast_device_image *made)
 {
     const clast_image *image = &from->image;
     picture_layout layout = layout_of(pictures->gpu, image);
-    clast_gpu_texture_desc desc = {.format = layout.format,
+    VkFormat compressed = block_format(pictures->gpu, &from->blocks);
+    clast_gpu_texture_desc desc = {.format = compressed != VK_FORMAT_UNDEFINED ? compressed : layout.format,
                                    .width = image->width,
                                    .height = image->height,
                                    .levels = 1,
-                                   .name = from->name != NULL ? from->name : "an image"};
+                                   .name = name_of(from)};
     clast_gpu_texture texture;
     clast_status status = clast_gpu_texture_create(pictures->gpu, &desc, &texture);
     if (status != CLAST_OK) {
         return status;
     }
-    *made = (clast_device_image){texture.number, image_format(image->channels, image->type),
+    *made = (clast_device_image){texture.number, image_format(image->channels, image->type, BLOCK_NONE),
                                  image_size(image->width, image->height)};
     pictures->has_16_bits = pictures->has_16_bits || image->type == CLAST_PIXEL_UNORM16;
+    if (compressed != VK_FORMAT_UNDEFINED) {
+        clast_gpu_texture_write(commands, texture, 0, from->blocks.data, from->blocks.bytes);
+        return CLAST_OK;
+    }
     return write_pixels(commands, texture, image, layout);
 }
 
@@ -165,7 +224,10 @@ clast_status clast_gpu_pictures_need(clast_gpu_pictures *pictures, clast_gpu_com
         pictures->images[pictures->count] = none;
     }
     if (pictures->images[number].texture == CLAST_NONE) {
-        status = upload(pictures, commands, &scene->images[number], &pictures->images[number]);
+        const clast_scene_image *from = &scene->images[number];
+        status = block_kind(&from->blocks) != BLOCK_NONE
+                     ? upload_blocks(pictures, commands, from, &pictures->images[number])
+                     : upload_texture(pictures, commands, from, &pictures->images[number]);
     }
     *image = pictures->images[number];
     return status;
@@ -174,11 +236,17 @@ clast_status clast_gpu_pictures_need(clast_gpu_pictures *pictures, clast_gpu_com
 void clast_gpu_pictures_free(clast_gpu_pictures *pictures)
 {
     for (size_t i = 0; i < pictures->count; i++) {
-        clast_gpu_texture texture = {pictures->images[i].texture};
-        clast_gpu_texture_destroy(pictures->gpu, &texture);
+        if (format_block(pictures->images[i].format) == BLOCK_NONE) {
+            clast_gpu_texture texture = {pictures->images[i].texture};
+            clast_gpu_texture_destroy(pictures->gpu, &texture);
+        }
+    }
+    for (size_t i = 0; i < pictures->block_count; i++) {
+        clast_gpu_free(pictures->gpu, &pictures->blocks[i]);
     }
     if (pictures->gpu != NULL) {
         clast_free(clast_gpu_context(pictures->gpu), pictures->images);
+        clast_free(clast_gpu_context(pictures->gpu), pictures->blocks);
     }
     *pictures = (clast_gpu_pictures){.gpu = pictures->gpu};
 }

@@ -11,7 +11,9 @@ typedef struct clast_gpu_pictures {
     clast_gpu *gpu;             // to begin with, this alone
     clast_device_image *images; // by the scene's number; texture CLAST_NONE where it has not been asked for
     size_t count, capacity;
-    bool has_16_bits; // one of them
+    bool has_16_bits;         // one of them
+    clast_gpu_buffer *blocks; // of compressed ones
+    size_t block_count, block_capacity;
 } clast_gpu_pictures;
 
 // How an image of the scene is read on the device; it is uploaded where it has not been yet. An empty one is no texture. LIMIT

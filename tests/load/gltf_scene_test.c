@@ -507,6 +507,26 @@ static void broken_images_and_textures_are_refused(void **state)
                    "emissiveTexture.texCoord: -1");
 }
 
+static void compressed_images_keep_their_blocks(void **state)
+{
+    fixture *f = *state;
+    put_triangle(f);
+    uint8_t file[136] = {'D', 'D', 'S', ' ', 124};
+    file[12] = file[16] = 4; // texels
+    file[76] = 32;
+    file[80] = 4;
+    memcpy(file + 84, "DXT1", 4);
+    memcpy(file + 128, "\x01\x02\x03\x04\x05\x06\x07\x08", 8);
+    memory_files_put(&f->files, "picture.dds", file, sizeof file);
+    assert_loads(
+        f, GLOWING(",'textures':[{'extensions':{'MSFT_texture_dds':{'source':0}}}],'images':[{'uri':'picture.dds'}]"));
+    assert_int_equal(f->scene->image_count, 1);
+    const clast_image_blocks *blocks = &f->scene->images[0].blocks;
+    assert_int_equal(blocks->format, CLAST_BLOCK_BC1);
+    assert_int_equal(blocks->bytes, 8);
+    assert_memory_equal(blocks->data, file + 128, 8);
+}
+
 static void an_image_of_an_unknown_type_is_left_out_with_a_word(void **state)
 {
     fixture *f = *state;
@@ -574,6 +594,7 @@ int main(void)
         GLTF_TEST(images_come_from_views_and_data_uris),
         GLTF_TEST(images_that_no_material_uses_are_not_opened),
         GLTF_TEST(broken_images_and_textures_are_refused),
+        GLTF_TEST(compressed_images_keep_their_blocks),
         GLTF_TEST(an_image_of_an_unknown_type_is_left_out_with_a_word),
         GLTF_TEST(broken_materials_are_refused),
     };

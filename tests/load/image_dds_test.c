@@ -6,6 +6,8 @@
 
 #include "load/image.h"
 #include "load/texel.h"
+#include "shared/block.h"
+#include "shared/random.h"
 
 // ----------------------------------------------------------------------------------------------------------- real files
 
@@ -256,6 +258,42 @@ static void a_block_has_sixteen_pixels_of_which_the_image_takes_some(void **stat
     clast_image_free(f->context, &image);
 }
 
+// Blocks are kept as they are in the file, where devices make the same of them.
+static void blocks_are_kept_for_devices(void **state)
+{
+    fixture *f = *state;
+    static const struct {
+        char code[5];
+        bool kept;
+        clast_block_format format;
+        size_t bytes;
+    } cases[] = {
+        {"DXT1", true, CLAST_BLOCK_BC1, 16},        {"DXT3", true, CLAST_BLOCK_BC2, 32},
+        {"DXT5", true, CLAST_BLOCK_BC3, 32},        {"ATI1", true, CLAST_BLOCK_BC4, 16},
+        {"ATI2", true, CLAST_BLOCK_BC5, 32},        {"DXT2", false, CLAST_BLOCK_BC2, 0},
+        {"DXT4", false, CLAST_BLOCK_BC3, 0},        {"BC4S", false, CLAST_BLOCK_BC4_SIGNED, 0},
+        {"BC5S", false, CLAST_BLOCK_BC5_SIGNED, 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        dds_file file = begin_file(5, 3, cases[i].code);
+        for (size_t k = 128; k < 160; k++) {
+            file.bytes[k] = (unsigned char)(k * 37 + i);
+        }
+        file.size = 160;
+        clast_image image;
+        clast_image_blocks blocks;
+        assert_ok(f->context, clast_decode_image_blocks(f->context, "picture", file.bytes, file.size, &image, &blocks));
+        assert_true((blocks.data != NULL) == cases[i].kept);
+        assert_int_equal(blocks.bytes, cases[i].bytes);
+        if (cases[i].kept) {
+            assert_int_equal(blocks.format, cases[i].format);
+            assert_memory_equal(blocks.data, file.bytes + 128, blocks.bytes);
+        }
+        clast_image_free(f->context, &image);
+        clast_free(f->context, blocks.data);
+    }
+}
+
 static void every_cut_and_every_size_beyond_the_file_is_refused(void **state)
 {
     fixture *f = *state;
@@ -318,6 +356,58 @@ static void any_block_decodes(void **state)
     }
 }
 
+static uint32_t bytes_at(const unsigned char *pixels, uint32_t channels)
+{
+    uint32_t value = 0;
+    for (uint32_t c = 0; c < channels; c++) {
+        value |= (uint32_t)pixels[c] << 8 * c;
+    }
+    return value;
+}
+
+// Kernels of devices look into blocks for single texels (shared/block.h).
+static void single_texels_are_those_of_whole_blocks(void **state)
+{
+    (void)state;
+    static const struct {
+        clast_block_format format;
+        uint32_t kind;
+    } kinds[] = {{CLAST_BLOCK_BC1, BLOCK_BC1},
+                 {CLAST_BLOCK_BC2, BLOCK_BC2},
+                 {CLAST_BLOCK_BC3, BLOCK_BC3},
+                 {CLAST_BLOCK_BC4, BLOCK_BC4},
+                 {CLAST_BLOCK_BC5, BLOCK_BC5}};
+    for (uint32_t round = 0; round < 20000; round++) {
+        uint32_t words[4];
+        unsigned char block[16], pixels[64];
+        for (uint32_t i = 0; i < 4; i++) {
+            words[i] = hash2(round, i);
+        }
+        memcpy(block, words, sizeof block);
+        for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+            uint32_t channels = clast_block_channels(kinds[k].format);
+            clast_block_decode(kinds[k].format, block, pixels);
+            for (uint32_t i = 0; i < 16; i++) {
+                assert_int_equal(block_texel(kinds[k].kind, words[0], words[1], words[2], words[3], i),
+                                 bytes_at(pixels + i * channels, channels));
+            }
+        }
+    }
+}
+
+// By the rule: the nearest whole number to what lies so many steps between the ends.
+static void values_between_ends_are_rounded_to_the_nearest(void **state)
+{
+    (void)state;
+    for (uint32_t ends = 0; ends < 65536; ends++) {
+        uint32_t a = ends & 255, b = ends >> 8, steps = a > b ? 7 : 5;
+        for (uint32_t k = 1; k < steps; k++) {
+            double exact = ((double)(steps - k) * a + (double)k * b) / steps;
+            assert_int_equal(block_value(a, b, k + 1), (uint32_t)floor(exact + 0.5));
+        }
+    }
+}
+
 static void signed_channels_have_zero_in_the_middle(void **state)
 {
     (void)state;
@@ -341,9 +431,12 @@ int main(void)
         LOADER_TEST(luminance_and_alpha_are_two_channels),
         LOADER_TEST(masks_with_holes_or_outside_are_refused),
         LOADER_TEST(a_block_has_sixteen_pixels_of_which_the_image_takes_some),
+        LOADER_TEST(blocks_are_kept_for_devices),
         LOADER_TEST(every_cut_and_every_size_beyond_the_file_is_refused),
         LOADER_TEST(arrays_cubes_and_volumes_are_refused),
         cmocka_unit_test(any_block_decodes),
+        cmocka_unit_test(single_texels_are_those_of_whole_blocks),
+        cmocka_unit_test(values_between_ends_are_rounded_to_the_nearest),
         cmocka_unit_test(signed_channels_have_zero_in_the_middle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

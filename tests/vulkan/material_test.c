@@ -243,6 +243,108 @@ static void images_that_are_too_large_are_refused_by_name(void **state)
     clast_scene_destroy(scene);
 }
 
+enum { COMPRESSED_WIDTH = 22, COMPRESSED_HEIGHT = 13, COMPRESSED_BLOCKS = 6 * 4 };
+
+// A picture of random blocks. Its pixels, which tell something else, show which of both a device has read.
+static uint32_t add_compressed(clast_scene *scene, clast_block_format format, uint32_t channels, size_t block)
+{
+    static const uint8_t pixels[4 * COMPRESSED_WIDTH * COMPRESSED_HEIGHT] = {0};
+    uint32_t image, texture, number;
+    clast_image desc = {COMPRESSED_WIDTH, COMPRESSED_HEIGHT, channels, CLAST_PIXEL_UNORM8, pixels};
+    assert_ok(device.context, clast_scene_add_image(scene, &desc, NULL, &image));
+    size_t bytes = COMPRESSED_BLOCKS * block;
+    clast_image_blocks blocks = {format, clast_allocate(device.context, bytes, 1), bytes};
+    assert_non_null(blocks.data);
+    for (size_t i = 0; i < bytes; i++) {
+        ((uint8_t *)blocks.data)[i] = (uint8_t)hash2(format, (uint32_t)i);
+    }
+    clast_scene_adopt_blocks(scene, image, &blocks);
+    assert_ok(device.context, clast_scene_add_texture(
+                                  scene, &(clast_texture){.image = image, .filter = CLAST_FILTER_NEAREST}, &texture));
+    clast_material_desc material = clast_material_defaults();
+    material.normal_texture = (clast_texture_slot){.texture = texture, .scale = {1.0f, 1.0f}};
+    assert_ok(device.context, clast_scene_add_material(scene, &material, NULL, &number));
+    return number;
+}
+
+static uint32_t expected_texel(const clast_scene *scene, uint32_t number, uint32_t kind, uint32_t x, uint32_t y)
+{
+    uint32_t words[4] = {0};
+    size_t bytes = kind == BLOCK_BC1 || kind == BLOCK_BC4 ? 8 : 16;
+    memcpy(words, (const uint8_t *)scene->images[number].blocks.data + (y / 4 * 6 + x / 4) * bytes, bytes);
+    return block_texel(kind, words[0], words[1], words[2], words[3], y % 4 * 4 + x % 4);
+}
+
+static void compressed_pictures_are_read_from_their_blocks(void **state)
+{
+    (void)state;
+    enum { TEXELS = COMPRESSED_WIDTH * COMPRESSED_HEIGHT, KINDS = 5, ALL = TEXELS * KINDS };
+    static const struct {
+        clast_block_format format;
+        uint32_t channels, block;
+    } kinds[KINDS] = {
+        {CLAST_BLOCK_BC1, 4, 8}, {CLAST_BLOCK_BC2, 4, 16}, {CLAST_BLOCK_BC3, 4, 16},
+        {CLAST_BLOCK_BC4, 1, 8}, {CLAST_BLOCK_BC5, 3, 16},
+    };
+    static texture_question questions[ALL];
+    static texture_answer answers[ALL];
+    clast_scene *scene;
+    assert_ok(device.context, clast_scene_create(device.context, &scene));
+    for (uint32_t k = 0; k < KINDS; k++) {
+        uint32_t material = add_compressed(scene, kinds[k].format, kinds[k].channels, kinds[k].block);
+        for (uint32_t i = 0; i < TEXELS; i++) {
+            float u = ((float)(i % COMPRESSED_WIDTH) + 0.5f) / COMPRESSED_WIDTH,
+                  v = ((float)(i / COMPRESSED_WIDTH) + 0.5f) / COMPRESSED_HEIGHT;
+            questions[k * TEXELS + i] = (texture_question){material, SLOT_NORMAL, ENCODING_LINEAR, {{{u, v}}}};
+        }
+    }
+    ask(CLAST_SHADER_PROBE_TEXTURE, scene, questions, sizeof *questions, answers, sizeof *answers, ALL);
+    for (uint32_t i = 0; i < ALL; i++) {
+        uint32_t k = i / TEXELS, x = i % TEXELS % COMPRESSED_WIDTH, y = i % TEXELS / COMPRESSED_WIDTH;
+        uint32_t texel = expected_texel(scene, k, BLOCK_BC1 + k, x, y);
+        for (uint32_t c = 0; c < 4; c++) {
+            float expected = unorm8(texel >> 8 * (kinds[k].channels == 1 ? 0 : c) & 255);
+            expected = c == 3 && kinds[k].channels != 4 ? 1.0f : expected;
+            assert_true(answers[i].value.v[c] == expected);
+        }
+        assert_true(answers[i].alpha == answers[i].value.v[3]);
+    }
+    clast_scene_destroy(scene);
+}
+
+static void a_device_that_is_too_small_for_pictures_says_so(void **state)
+{
+    (void)state;
+    enum { SIDE = 2048 };
+    test_device small = test_device_open_as(
+        &(clast_gpu_desc){.software = true, .hardware = true, .validate = true, .memory_limit = (uint64_t)12 << 20});
+    clast_scene *scene;
+    clast_texture_slot slot = {.scale = {1.0f, 1.0f}};
+    uint8_t *pixels = calloc((size_t)SIDE * SIDE, 3);
+    uint32_t image, number;
+    assert_non_null(pixels);
+    assert_ok(small.context, clast_scene_create(small.context, &scene));
+    assert_ok(small.context, clast_scene_add_image(scene, &(clast_image){SIDE, SIDE, 3, CLAST_PIXEL_UNORM8, pixels},
+                                                   "wallpaper", &image));
+    free(pixels);
+    assert_ok(small.context, clast_scene_add_texture(scene, &(clast_texture){.image = image}, &slot.texture));
+    clast_material_desc desc = clast_material_defaults();
+    desc.base_colour_texture = slot;
+    assert_ok(small.context, clast_scene_add_material(scene, &desc, NULL, &number));
+    clast_gpu_materials materials = {.gpu = small.gpu, .pictures = {.gpu = small.gpu}};
+    for (int turn = 0; turn < 2; turn++) { // and says so again
+        clast_gpu_commands *commands;
+        assert_ok(small.context, clast_gpu_begin(small.gpu, &commands));
+        assert_int_equal(clast_gpu_materials_update(&materials, commands, scene, CLAST_NONE),
+                         CLAST_ERROR_OUT_OF_MEMORY);
+        assert_non_null(strstr(clast_context_error(small.context), "wallpaper"));
+        assert_ok(small.context, clast_gpu_finish(commands));
+        clast_gpu_materials_free(&materials);
+    }
+    clast_scene_destroy(scene);
+    assert_true(test_device_close(&small));
+}
+
 // ------------------------------------------------------------------------------------------------------------ scattering
 
 enum { SCATTER_QUESTIONS = 20000 };
@@ -382,6 +484,8 @@ int main(void)
         cmocka_unit_test(textures_have_the_values_of_the_processor),
         cmocka_unit_test(only_pictures_that_shading_reads_are_uploaded),
         cmocka_unit_test(images_that_are_too_large_are_refused_by_name),
+        cmocka_unit_test(a_device_that_is_too_small_for_pictures_says_so),
+        cmocka_unit_test(compressed_pictures_are_read_from_their_blocks),
         cmocka_unit_test(surfaces_scatter_as_on_the_processor),
     };
     int failures = cmocka_run_group_tests(tests, NULL, NULL);
