@@ -174,22 +174,24 @@ uint displaced_place_of_edge(displaced_leaf leaf, uint own)
 displaced_recipe displaced_leaf_recipe(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint leaf_count,
                                        uint number, uint vertex, bool curved)
 {
-    uint splits = leaf_count > 1u ? displaced_own_places[number] >> 16u : 0u;
-    displaced_leaf leaf = displaced_read_leaf(unit, cluster, words, leaf_count, number, splits);
-    clast_pattern_use use = pattern_use(displaced_leaf_factors(leaf.word));
+    uint word = displaced_word_of(words, number);
+    clast_pattern_use use = pattern_use(displaced_leaf_factors(word));
     clast_pattern pattern = displaced_pattern_at(unit, use.number);
     clast_weights at = weights_of(displaced_pattern_vertex(unit, pattern, vertex));
-    clast_displaced_triangle triangle = displaced_triangle_of(unit, cluster, displaced_leaf_triangle(leaf.word));
+    clast_displaced_triangle triangle = displaced_triangle_of(unit, cluster, displaced_leaf_triangle(word));
     uvec3 turned = uvec3(use.rotation, use.rotation + 1u, use.rotation + 2u) % 3u;
+    bool plain = displaced_is_plain(triangle);
+    if (plain && !curved && !displaced_leaf_is_split(word)) {
+        return displaced_from_vertices(uvec3(displaced_corner(triangle, turned[0]), displaced_corner(triangle, turned[1]),
+                                             displaced_corner(triangle, turned[2])),
+                                       at);
+    }
+    uint splits = leaf_count > 1u ? displaced_own_places[number] >> 16u : 0u;
+    displaced_leaf leaf = displaced_read_leaf(unit, cluster, words, leaf_count, number, splits);
     if (curved) {
         return displaced_from_leaf(leaf, triangle, uvec3(0u, 1u, 2u), 0u, pattern_unrotate(at, use.rotation));
     }
-    if (displaced_is_plain(triangle)) {
-        uvec3 corners = uvec3(displaced_corner(triangle, turned[0]), displaced_corner(triangle, turned[1]),
-                              displaced_corner(triangle, turned[2]));
-        if (!displaced_leaf_is_split(leaf.word)) {
-            return displaced_from_vertices(corners, at);
-        }
+    if (plain) {
         return displaced_from_leaf(leaf, triangle, turned, WEIGHTS_INSIDE, at);
     }
     uint part = displaced_pattern_part(pattern, vertex);
@@ -255,13 +257,13 @@ struct displaced_source
     float level;
 };
 
-displaced_source displaced_vertex_source(unit_reference unit, uint64_t words, clast_displaced_vertex from, uint vertex)
+displaced_source displaced_vertex_source(uint64_t levels, clast_displaced_vertex from, uint vertex)
 {
     displaced_source source;
     source.position = load3(from.position);
     source.normal = load3(from.normal);
     source.coordinates = load2(from.coordinates);
-    source.level = displaced_vertex_level_of(unit, words, vertex);
+    source.level = displaced_vertex_level_of(levels, vertex);
     return source;
 }
 
@@ -319,8 +321,9 @@ vec3 displaced_point_of(unit_reference unit, clast_displaced_cluster cluster, ui
         }
         map = site.map;
     } else {
+        uint64_t levels = displaced_levels_of(unit, words);
         [[unroll]] for (uint k = 0u; k < 3u; k++) {
-            sources[k] = displaced_vertex_source(unit, words, vertices[k], recipe.corners[k]);
+            sources[k] = displaced_vertex_source(levels, vertices[k], recipe.corners[k]);
         }
     }
     return displaced_blend_point(unit, map, sources[0], sources[1], sources[2], recipe.at);

@@ -12,16 +12,16 @@ struct displaced_leaf
     float levels[3];
 };
 
-// Where the levels of the cluster's vertices lie, for the first word of a record.
-uint64_t displaced_levels_of(uint64_t words) { return words - 4ul * uint64_t(uints(words).at[0]); }
+// Where the levels of the cluster's vertices lie, for the first word of a record; 0 where nothing is displaced.
+uint64_t displaced_levels_of(unit_reference unit, uint64_t words)
+{
+    return displaced_is_moved(unit) ? words - 4ul * uint64_t(uints(words).at[0]) : 0ul;
+}
 
 // The level at a vertex of the cluster.
-float displaced_vertex_level_of(unit_reference unit, uint64_t words, uint vertex)
+float displaced_vertex_level_of(uint64_t levels, uint vertex)
 {
-    if (!displaced_is_moved(unit)) {
-        return 0.0f;
-    }
-    return displaced_level(uints(displaced_levels_of(words)).at[vertex / 2u] >> 16u * (vertex & 1u) & 65535u);
+    return levels != 0ul ? displaced_level(uints(levels).at[vertex / 2u] >> 16u * (vertex & 1u) & 65535u) : 0.0f;
 }
 
 // How many of the leaves before one are split.
@@ -52,9 +52,10 @@ displaced_leaf displaced_read_leaf(unit_reference unit, clast_displaced_cluster 
         return leaf;
     }
     clast_displaced_triangle triangle = displaced_triangle_of(unit, cluster, displaced_leaf_triangle(leaf.word));
+    uint64_t levels = displaced_levels_of(unit, words);
     [[unroll]] for (uint k = 0u; k < 3u; k++) {
         leaf.corners[k] = weights_of_corner(k);
-        leaf.levels[k] = displaced_vertex_level_of(unit, words, displaced_corner(triangle, k));
+        leaf.levels[k] = displaced_vertex_level_of(levels, displaced_corner(triangle, k));
     }
     return leaf;
 }

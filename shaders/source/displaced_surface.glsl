@@ -40,12 +40,13 @@ displaced_base_point displaced_cooked_point(unit_reference unit, clast_displaced
                                             uint triangle, vec3 within)
 {
     clast_displaced_triangle corners = displaced_triangle_of(unit, cluster, triangle);
+    uint64_t levels = displaced_levels_of(unit, words);
     displaced_base_point point;
     point.triangle = triangle;
     point.weights = within;
-    point.level = displaced_blend_levels(displaced_vertex_level_of(unit, words, displaced_corner(corners, 0u)),
-                                         displaced_vertex_level_of(unit, words, displaced_corner(corners, 1u)),
-                                         displaced_vertex_level_of(unit, words, displaced_corner(corners, 2u)), within);
+    point.level = displaced_blend_levels(displaced_vertex_level_of(levels, displaced_corner(corners, 0u)),
+                                         displaced_vertex_level_of(levels, displaced_corner(corners, 1u)),
+                                         displaced_vertex_level_of(levels, displaced_corner(corners, 2u)), within);
     return point;
 }
 

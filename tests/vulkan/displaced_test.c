@@ -469,6 +469,25 @@ static void maps_of_every_form_are_the_same(void **state)
     shape_free(&s);
 }
 
+// Texture coordinates that no map has anything for.
+static void coordinates_beyond_all_reason_are_the_same(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(10, 8);
+    loose l = loosen(&s.mesh, true);
+    const float strange[] = {3e38f, -3e38f, 1e30f, INFINITY, -INFINITY, NAN};
+    for (uint32_t i = 0; i < 2 * l.mesh.vertex_count; i += 7) {
+        l.coordinates[i] = strange[i % (sizeof strange / sizeof *strange)];
+    }
+    kind_world world = world_of(device.context, &l.mesh, 0.3f, false);
+    tally sum = {0};
+    compare_views(&world, 6, &sum);
+    assert_true(sum.triangles > 0);
+    kind_close(&world);
+    loose_free(&l);
+    shape_free(&s);
+}
+
 int main(void)
 {
     device = test_device_open();
@@ -481,6 +500,7 @@ int main(void)
         cmocka_unit_test(every_rate_gives_the_same),
         cmocka_unit_test(meshes_that_move_are_the_same),
         cmocka_unit_test(maps_of_every_form_are_the_same),
+        cmocka_unit_test(coordinates_beyond_all_reason_are_the_same),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     return test_device_close(&device) && failed == 0 ? 0 : 1;
