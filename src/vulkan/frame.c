@@ -36,12 +36,12 @@ clast_status clast_vulkan_frame_use_driver(clast_vulkan_frame *device)
 }
 
 // What a unit has and the frame itself, as lists of buffers: for what is done to all of them.
-enum { UNIT_BUFFERS = 7, FRAME_BUFFERS = 15 };
+enum { UNIT_BUFFERS = 8, FRAME_BUFFERS = 15 };
 
 static void list_unit_buffers(clast_vulkan_unit *unit, clast_gpu_buffer *list[UNIT_BUFFERS])
 {
     clast_gpu_buffer *all[UNIT_BUFFERS] = {&unit->records, &unit->words,  &unit->vertices, &unit->clusters,
-                                           &unit->boxes,   &unit->places, &unit->tree};
+                                           &unit->boxes,   &unit->places, &unit->tree,     &unit->shape};
     memcpy(list, all, sizeof all);
 }
 
@@ -112,6 +112,9 @@ void clast_vulkan_forget(clast_frame *frame)
     clast_vulkan_begin(device);
     clast_vulkan_free_coarse(device);
     device->instance_count = 0;
+    for (size_t i = 0; i < device->unit_count; i++) {
+        device->units[i].shape_is_made = false;
+    }
     clast_mirror_forget(device->mirror);
     clast_topologies_free(device->gpu, &device->topologies);
 }
@@ -146,7 +149,7 @@ clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device)
         bytes.records += unit->records.bytes + unit->words.bytes;
         bytes.vertices += unit->vertices.bytes;
         bytes.clas += unit->clusters.bytes + unit->places.bytes;
-        bytes.blas += unit->tree.bytes + unit->boxes.bytes;
+        bytes.blas += unit->tree.bytes + unit->boxes.bytes + unit->shape.bytes;
     }
     if (device->coarse_device != NULL) {
         clast_frame_bytes coarse = clast_vulkan_count_bytes(device->coarse_device);

@@ -9,6 +9,13 @@
 
 // ------------------------------------------------------------------------------------------------------------- trees
 
+// Trees to be built, from the first on, and such to be fitted, from the last on.
+typedef struct tree_list {
+    clast_gpu_tree *trees;
+    size_t room;
+    uint32_t built, fitted;
+} tree_list;
+
 // The box around a unit lies behind those of its clusters.
 static clast_gpu_tree tree_of(const clast_vulkan_unit *unit)
 {
@@ -19,6 +26,24 @@ static clast_gpu_tree tree_of(const clast_vulkan_unit *unit)
                             .count = unit->record_count};
 }
 
+static clast_status add_tree(clast_frame *frame, const clast_frame_unit *unit, tree_list *list)
+{
+    clast_vulkan_unit *own = &clast_vulkan_of(frame)->units[unit->unit->number];
+    clast_status status = CLAST_OK;
+    bool keeps = clast_vulkan_keeps_shape(unit);
+    if (keeps) {
+        status = clast_vulkan_shape_unit(frame, unit);
+    }
+    clast_gpu_tree tree = tree_of(own);
+    if (keeps && own->shape.bytes != 0) {
+        tree.kept = own->shape.address;
+        list->trees[list->room - ++list->fitted] = tree;
+    } else {
+        list->trees[list->built++] = tree;
+    }
+    return status;
+}
+
 clast_status clast_vulkan_blas(clast_frame *frame, void *target)
 {
     (void)target;
@@ -26,24 +51,28 @@ clast_status clast_vulkan_blas(clast_frame *frame, void *target)
     if (device->driver != NULL) {
         return clast_frame_driver_build_units(frame, device->commands);
     }
-    clast_gpu_tree *list = clast_allocate(device->context, frame->unit_count + 1, sizeof *list);
-    if (list == NULL) {
+    tree_list list = {.room = frame->unit_count + 1};
+    list.trees = clast_allocate(device->context, list.room, sizeof *list.trees);
+    if (list.trees == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
-    uint32_t count = 0;
-    for (size_t i = 0; i < frame->unit_count; i++) {
+    clast_status status = CLAST_OK;
+    for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
         const clast_frame_unit *unit = &frame->units[i];
         if (unit->used && unit->change != CLAST_CHANGE_NOTHING && device->units[i].record_count != 0) {
-            list[count++] = tree_of(&device->units[i]);
+            status = add_tree(frame, unit, &list);
         }
     }
-    clast_status status = CLAST_OK;
-    if (count != 0) {
+    if (status == CLAST_OK && list.built + list.fitted != 0) {
         clast_gpu_pass(device->commands, "blas");
-        status = clast_gpu_trees_build(device->trees, device->commands, list, count, CLAST_GPU_TREE_SORTED);
+        status = clast_gpu_trees_build(device->trees, device->commands, list.trees, list.built, CLAST_GPU_TREE_SORTED);
+        if (status == CLAST_OK) {
+            status = clast_gpu_trees_refit(device->trees, device->commands, list.trees + list.room - list.fitted,
+                                           list.fitted);
+        }
         clast_gpu_barrier(device->commands);
     }
-    clast_free(device->context, list);
+    clast_free(device->context, list.trees);
     return status;
 }
 

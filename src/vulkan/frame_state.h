@@ -12,10 +12,13 @@ typedef struct clast_vulkan_unit {
     clast_gpu_buffer records, words, vertices;
     clast_gpu_buffer clusters, boxes, places, tree;
     uint32_t record_count;
-    bool filtered;         // that placements tell
-    uint64_t first_item;   // of the unit in what was counted last
-    uint64_t drafts;       // where items emitted while that was kept; 0: nowhere
-    uint64_t first_record; // of the unit in what is emitted now
+    clast_gpu_buffer shape; // of its tree, where that is fitted (frame_shape.c); empty where it would be too deep
+    bool shape_is_made;
+    uint32_t shape_serial, shape_version; // of the unit for which it was made
+    bool filtered;                        // that placements tell
+    uint64_t first_item;                  // of the unit in what was counted last
+    uint64_t drafts;                      // where items emitted while that was kept; 0: nowhere
+    uint64_t first_record;                // of the unit in what is emitted now
 } clast_vulkan_unit;
 
 struct clast_vulkan_frame {
@@ -108,6 +111,10 @@ void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *comm
 
 // Uploads the instances where they are not those that the device has; `moves` says whether any is placed anew (frame_place.c).
 clast_status clast_vulkan_write_instances(clast_frame *frame, clast_gpu_commands *commands, bool *moves);
+// Whether a unit's tree is fitted, not built: a mesh whose clusters move while their topology stays.
+bool clast_vulkan_keeps_shape(const clast_frame_unit *unit);
+// Makes the shape that the tree of such a unit has, and brings it to the device, once.
+clast_status clast_vulkan_shape_unit(clast_frame *frame, const clast_frame_unit *unit);
 // Records what makes the scene that rays are traced through. Units' trees are there.
 clast_status clast_vulkan_build_scene(clast_frame *frame, clast_gpu_commands *commands);
 
