@@ -250,6 +250,15 @@ RECORD(clast_device_placement)
 };
 RECORD_SIZE(clast_device_placement, 144)
 
+// A tree over clusters, for placements that are made of it.
+RECORD(clast_device_tree)
+{
+    packed_address nodes;
+    packed_address clusters;
+    packed_address bounds; // clast_box around all, not quantised
+};
+RECORD_SIZE(clast_device_tree, 24)
+
 // What rays are traced through. The items of its tree are numbers of placements.
 RECORD(clast_device_scene)
 {

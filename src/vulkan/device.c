@@ -319,6 +319,18 @@ static void look_at(clast_gpu *gpu, VkPhysicalDevice device, candidate *c)
     }
 }
 
+void clast_gpu_ask_features(VkPhysicalDeviceFeatures *core, VkPhysicalDeviceVulkan12Features *v12,
+                            VkPhysicalDeviceVulkan13Features *v13)
+{
+    clast_gpu_feature_chain wanted = {.all.features = *core, .v12 = *v12, .v13 = *v13};
+#define ASK(part, name, text) CLAST_GPU_FEATURE_##part(wanted).name = VK_TRUE;
+    CLAST_GPU_FEATURE_LIST(ASK)
+#undef ASK
+    *core = wanted.all.features;
+    *v12 = wanted.v12;
+    *v13 = wanted.v13;
+}
+
 static int worth(const candidate *c)
 {
     switch (c->properties.deviceType) {
@@ -553,7 +565,7 @@ void clast_gpu_destroy(clast_gpu *gpu)
         gpu->reached = gpu->ticket;
         clast_gpu_free_commands(gpu);
         clast_gpu_free_textures(gpu);
-        clast_gpu_let_go(gpu);
+        clast_gpu_collect(gpu);
         clast_gpu_free_blocks(gpu);
         clast_gpu_keep_cache(gpu);
         clast_gpu_free_kernels(gpu);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Instances on a device: their records, and the tree that rays are traced through. Maps are inverted here, in double precision, as
 // that of the processor's own tree are; what depends on the units is the device's (shaders/frame/place.comp).
-#include <math.h>
 #include <string.h>
 
 #include "accel/structures.h"
 #include "base/thread.h"
 #include "shared/cluster.h"
 #include "vulkan/frame_state.h"
+#include "vulkan/maps.h"
 
-enum { INSTANCE_GRAIN = 2048, TOGETHER = 64 };
+enum { INSTANCE_GRAIN = 2048 };
 
 typedef struct instance_job {
     const clast_frame *frame;
@@ -40,58 +40,20 @@ static bool same_place(const clast_device_instance *a, const clast_device_instan
            a->scene_instance == b->scene_instance;
 }
 
-// The largest row sum of |map| |inverse|, at least 1: what place.kernel.c finds of several.
-static float condition_of(const clast_placement *placement)
-{
-    double most = 1.0;
-    for (int row = 0; row < 3; row++) {
-        double sum = 0.0;
-        for (int k = 0; k < 3; k++) {
-            double inner = 0.0;
-            for (int column = 0; column < 3; column++) {
-                inner += fabs((double)placement->to_object[column][k]);
-            }
-            sum += fabs((double)placement->to_world[k][row]) * inner;
-        }
-        most = sum > most ? sum : most;
-    }
-    // what is stored was rounded
-    most *= 1.00001;
-    return most < 1e20 ? (float)most : 1e20f;
-}
-
-static clast_device_map map_of(const clast_placement *placement, const clast_frame_instance *instance)
-{
-    clast_device_map map = {.unit = instance->unit, .id = instance->scene_instance};
-    if (placement->blas != NULL) {
-        map.condition = condition_of(placement);
-        map.flags = placement->mirrored ? PLACEMENT_MIRRORED : 0;
-        for (int column = 0; column < 3; column++) {
-            memcpy(&map.to_object[column], placement->to_object[column], sizeof map.to_object[column]);
-            memcpy(&map.to_world[column], placement->to_world[column], sizeof map.to_world[column]);
-        }
-        memcpy(&map.origin, placement->origin, sizeof map.origin);
-    }
-    return map;
-}
-
 // Maps of some instances, by the processor's own kernel.
 static void make_maps(instance_job *job, size_t begin, size_t end)
 {
-    clast_box box = {{{0.0f, 0.0f, 0.0f}}, {{0.0f, 0.0f, 0.0f}}};
-    const clast_blas somewhere = {.tree = {.boxes = &box, .node_count = 1}};
-    for (size_t first = begin; first < end; first += TOGETHER) {
-        size_t count = end - first < TOGETHER ? end - first : TOGETHER;
-        clast_tlas_instance instances[TOGETHER];
-        clast_placement placements[TOGETHER];
-        clast_box boxes[TOGETHER];
+    for (size_t first = begin; first < end; first += CLAST_MAPS_TOGETHER) {
+        const clast_frame_instance *instances = &job->frame->instances[first];
+        const clast_transform *transforms[CLAST_MAPS_TOGETHER];
+        size_t count = end - first < CLAST_MAPS_TOGETHER ? end - first : CLAST_MAPS_TOGETHER;
         for (size_t i = 0; i < count; i++) {
-            instances[i] = (clast_tlas_instance){.blas = &somewhere};
-            memcpy(instances[i].transform, &job->frame->instances[first + i].to_world, sizeof instances[i].transform);
+            transforms[i] = &instances[i].to_world;
         }
-        job->place(instances, NULL, 0, count, placements, boxes);
+        clast_make_maps(job->place, transforms, count, job->maps + first);
         for (size_t i = 0; i < count; i++) {
-            job->maps[first + i] = map_of(&placements[i], &job->frame->instances[first + i]);
+            job->maps[first + i].unit = instances[i].unit;
+            job->maps[first + i].id = instances[i].scene_instance;
         }
     }
 }

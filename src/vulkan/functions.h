@@ -42,6 +42,7 @@
     X(vkCmdPipelineBarrier2) \
     X(vkCmdPushConstants) \
     X(vkCmdResetQueryPool) \
+    X(vkCmdUpdateBuffer) \
     X(vkCmdWriteTimestamp2) \
     X(vkCreateBuffer) \
     X(vkCreateCommandPool) \

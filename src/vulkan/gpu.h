@@ -50,8 +50,8 @@ void clast_gpu_destroy(clast_gpu *gpu);
 const clast_gpu_features *clast_gpu_features_of(const clast_gpu *gpu);
 clast_context *clast_gpu_context(const clast_gpu *gpu);
 
-// A device, with a queue that can compute, that the caller made, who keeps it. It must have been made with what
-// clast_gpu_required_features() lists.
+// A device, with a queue that can compute, that the caller made, who keeps it. It must have been made with the features that
+// clast_gpu_ask_features sets. What is freed stays till clast_gpu_collect.
 typedef struct clast_gpu_foreign {
     PFN_vkGetInstanceProcAddr get_instance_function;
     VkInstance instance;
@@ -62,6 +62,12 @@ typedef struct clast_gpu_foreign {
 } clast_gpu_foreign;
 clast_status clast_gpu_adopt(clast_context *context, const clast_gpu_desc *desc, const clast_gpu_foreign *foreign,
                              clast_gpu **gpu);
+
+// Sets the features that clast needs, and leaves the others.
+void clast_gpu_ask_features(VkPhysicalDeviceFeatures *core, VkPhysicalDeviceVulkan12Features *v12,
+                            VkPhysicalDeviceVulkan13Features *v13);
+// On a device of the caller: all commands recorded so far have run, so that what was freed can go.
+void clast_gpu_collect(clast_gpu *gpu);
 
 // How many messages the validation layer has had about errors and hazards.
 uint32_t clast_gpu_validation_messages(const clast_gpu *gpu);

@@ -382,6 +382,14 @@ void clast_gpu_let_go(clast_gpu *gpu)
     free_empty_blocks(gpu, false);
 }
 
+void clast_gpu_collect(clast_gpu *gpu)
+{
+    for (size_t i = 0; i < gpu->leaving_count; i++) {
+        gpu->leaving[i].ticket = 0;
+    }
+    clast_gpu_let_go(gpu);
+}
+
 void clast_gpu_leave(clast_gpu *gpu, const clast_gpu_leaving *leaving)
 {
     bool recording = false;
@@ -390,6 +398,9 @@ void clast_gpu_leave(clast_gpu *gpu, const clast_gpu_leaving *leaving)
     }
     clast_gpu_leaving last = *leaving;
     last.ticket = gpu->ticket + (recording ? 1 : 0); // what is being recorded may name it
+    if (gpu->is_foreign) {
+        last.ticket = UINT64_MAX; // so may commands of the caller, who tells when these have run
+    }
     if (last.ticket <= gpu->reached) {
         let_one_go(gpu, &last);
         return;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 static const uint64_t staging_bytes = (uint64_t)8 << 20; // of a staging buffer, unless a piece is larger
+static const uint64_t inline_bytes = 65536;              // the most that one command of a command buffer can hold
 static const uint64_t piece_bytes = (uint64_t)64 << 20;  // that a copy goes through at a time
 static const uint64_t staged_most = (uint64_t)256 << 20; // before what was recorded is run
 enum { PIECE_ALIGNMENT = 16 };                           // texels of any format
@@ -106,10 +107,25 @@ void clast_gpu_fill(clast_gpu_commands *commands, const clast_gpu_buffer *buffer
     }
 }
 
+// Into the commands themselves: for those of a caller, who does not tell when a staging buffer would be free again.
+static void write_inline(clast_gpu_commands *commands, const clast_gpu_buffer *buffer, uint64_t offset,
+                         const void *data, uint64_t bytes)
+{
+    for (uint64_t done = 0; done < bytes; done += inline_bytes) {
+        uint64_t length = bytes - done < inline_bytes ? bytes - done : inline_bytes;
+        commands->gpu->vk.vkCmdUpdateBuffer(commands->buffer, buffer->handle, buffer->offset + offset + done, length,
+                                            (const char *)data + done);
+    }
+}
+
 void clast_gpu_write(clast_gpu_commands *commands, const clast_gpu_buffer *buffer, uint64_t offset, const void *data,
                      uint64_t bytes)
 {
     if (bytes == 0 || commands->status != CLAST_OK || !is_within(commands, buffer, offset, bytes)) {
+        return;
+    }
+    if (commands->pool == VK_NULL_HANDLE && bytes % 4 == 0 && offset % 4 == 0) {
+        write_inline(commands, buffer, offset, data, bytes);
         return;
     }
     for (uint64_t done = 0; done < bytes;) {
