@@ -99,7 +99,7 @@ static clast_status place_items(clast_frame *frame, clast_frame_unit *const *lis
     return status;
 }
 
-// Room for drafts of kinds that make them, by unit; none in a frame whose memory is bounded. Without room there are none: then
+// Room for drafts of kinds that make them, by unit; none where memory is bounded. Without room there are none: then
 // emitting takes longer.
 static void place_drafts(clast_frame *frame, clast_gpu_commands *commands, clast_frame_unit *const *list, size_t count)
 {
@@ -115,7 +115,8 @@ static void place_drafts(clast_frame *frame, clast_gpu_commands *commands, clast
     room = room > DRAFT_WORDS_LEAST ? room : DRAFT_WORDS_LEAST;
     uint64_t head_at = (items * sizeof(uint32_t) + 15) / 16 * 16, place = 0;
     uint64_t bytes = head_at + sizeof(clast_draft_head) + room * sizeof(uint32_t);
-    bool none = items == 0 || frame->settings.max_bytes != 0 ||
+    bool bounded = frame->settings.max_bytes != 0 || clast_context_memory_limit(device->context) != 0;
+    bool none = items == 0 || bounded ||
                 clast_gpu_reserve(device->gpu, CLAST_GPU_DEVICE, bytes, "drafts", &device->drafts) != CLAST_OK;
     if (none) {
         clast_gpu_free(device->gpu, &device->drafts);
