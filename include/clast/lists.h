@@ -72,6 +72,11 @@
     X(CLAST_DEVICE_CPU, 1, "cpu")       /* the processor */ \
     X(CLAST_DEVICE_VULKAN, 2, "vulkan") /* a device that Vulkan drives */
 
+/* X(name, value, text): what rays of a picture go through, on a Vulkan device. */
+#define CLAST_ACCEL_LIST(X) \
+    X(CLAST_ACCEL_CLAST, 0, "clast")   /* clast's own structures, on any device */ \
+    X(CLAST_ACCEL_DRIVER, 1, "driver") /* those of the driver: VK_KHR_ray_tracing_pipeline */
+
 /* X(name, value, text): what kept a frame below the wanted rate. */
 #define CLAST_BOUND_LIST(X) \
     X(CLAST_BOUND_NONE, 0, "none") \
@@ -234,6 +239,8 @@
     TEXT( \
         device_name, "", "NAME", \
         "part of the name of the Vulkan device that is wanted; drivers that are programs count only where named, as llvmpipe") \
+    CHOICE(accel, CLAST_ACCEL_LIST, CLAST_ACCEL_CLAST, \
+           "what rays go through on a Vulkan device: clast's own structures, or those of its driver") \
     CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \
     TEXT(camera, "", "CAMERA", \
          "name or number of a camera of the scene, or eye/target[/up[/fov]], as 0,1,4/0,0,0/0,1,0/45") \

@@ -19,6 +19,7 @@ typedef enum clast_tone_map { CLAST_TONE_MAP_LIST(CLAST_ENUMERATOR) } clast_tone
 typedef enum clast_integrator { CLAST_INTEGRATOR_LIST(CLAST_ENUMERATOR) } clast_integrator;
 typedef enum clast_fireflies { CLAST_FIREFLIES_LIST(CLAST_ENUMERATOR) } clast_fireflies;
 typedef enum clast_device { CLAST_DEVICE_LIST(CLAST_ENUMERATOR) } clast_device;
+typedef enum clast_accel { CLAST_ACCEL_LIST(CLAST_ENUMERATOR) } clast_accel;
 typedef enum clast_pass { CLAST_PASS_LIST(CLAST_ENUMERATOR) CLAST_PASS_COUNT_ } clast_pass;
 typedef enum clast_bound { CLAST_BOUND_LIST(CLAST_ENUMERATOR) } clast_bound;
 
@@ -123,8 +124,9 @@ CLAST_API clast_status clast_renderer_statistics(const clast_renderer *renderer,
  *  a sun. Where the progress hook cancels, CLAST_ERROR_CANCELLED is returned and the outputs hold what was rendered so far,
  *  rightly exposed; statistics->samples says how much (0: nothing). `statistics` may be null. The same scene and settings
  *  give the same bits, whatever the threads or instruction set; another device gives the same geometry to the bit, and colours
- *  that differ by roundings. Where settings.device is a Vulkan device, DEVICE says why it cannot be had, or that it was lost; rays of
- *  the caller's need a commit of their own after such a picture (STATE). */
+ *  that differ by roundings. Where settings.device is a Vulkan device, DEVICE says why it cannot be had,
+ *  or that it was lost, and UNSUPPORTED that it, or the processor, lacks what settings.accel asks for; rays of the caller's
+ *  need a commit of their own after such a picture (STATE). */
 CLAST_API clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,
                                     const clast_render_output *outputs, size_t count,
                                     clast_render_statistics *statistics);

@@ -27,13 +27,14 @@ void clast_forget_device(clast_renderer *renderer)
 }
 
 // Software drivers are for tests, and for those who know that they want one: they count only where their name is given.
-static clast_gpu_desc describe_device(const clast_renderer *renderer, const char *name)
+static clast_gpu_desc describe_device(const clast_renderer *renderer, const clast_render_settings *settings)
 {
-    bool is_named = name[0] != '\0';
+    bool is_named = settings->device_name[0] != '\0';
     return (clast_gpu_desc){
-        .device = is_named ? name : NULL,
+        .device = is_named ? settings->device_name : NULL,
         .software = is_named,
         .hardware = true,
+        .ray_tracing = settings->accel == CLAST_ACCEL_DRIVER,
 #ifndef NDEBUG
         .validate = true,
 #endif
@@ -42,15 +43,18 @@ static clast_gpu_desc describe_device(const clast_renderer *renderer, const char
     };
 }
 
-static clast_status open_device(clast_renderer *renderer, const char *name)
+static clast_status open_device(clast_renderer *renderer, const clast_render_settings *settings)
 {
-    clast_gpu_desc desc = describe_device(renderer, name);
+    clast_gpu_desc desc = describe_device(renderer, settings);
     clast_status status = clast_gpu_create(renderer->context, &desc, &renderer->gpu);
     if (status == CLAST_OK) {
         status = clast_frame_create(renderer->scene, renderer->cooked, &renderer->device_frame);
     }
     if (status == CLAST_OK) {
         status = clast_vulkan_frame_create(renderer->gpu, &renderer->vulkan_frame);
+    }
+    if (status == CLAST_OK && settings->accel == CLAST_ACCEL_DRIVER) {
+        status = clast_vulkan_frame_use_driver(renderer->vulkan_frame);
     }
     if (status == CLAST_OK) {
         renderer->device_frame->device = renderer->vulkan_frame;
@@ -59,9 +63,9 @@ static clast_status open_device(clast_renderer *renderer, const char *name)
 }
 
 // The best GPU that there is, or else the processor: what is wrong with GPUs is no error then, and the log tells.
-static clast_status choose_automatically(clast_renderer *renderer, const char *name)
+static clast_status choose_automatically(clast_renderer *renderer, const clast_render_settings *settings)
 {
-    clast_status status = open_device(renderer, name);
+    clast_status status = open_device(renderer, settings);
     if (status != CLAST_OK && status != CLAST_ERROR_DEVICE) {
         return status;
     }
@@ -85,7 +89,7 @@ static clast_status choose_automatically(clast_renderer *renderer, const char *n
 clast_status clast_choose_device(clast_renderer *renderer, const clast_render_settings *settings)
 {
     bool is_same = renderer->is_device_chosen && renderer->device == settings->device &&
-                   strcmp(renderer->device_name, settings->device_name) == 0;
+                   renderer->accel == settings->accel && strcmp(renderer->device_name, settings->device_name) == 0;
     if (is_same) {
         return CLAST_OK;
     }
@@ -93,8 +97,12 @@ clast_status clast_choose_device(clast_renderer *renderer, const clast_render_se
     clast_status status = CLAST_OK;
     switch (settings->device) {
     case CLAST_DEVICE_CPU: break;
-    case CLAST_DEVICE_VULKAN: status = open_device(renderer, settings->device_name); break;
-    default: status = choose_automatically(renderer, settings->device_name); break;
+    case CLAST_DEVICE_VULKAN: status = open_device(renderer, settings); break;
+    default: status = choose_automatically(renderer, settings); break;
+    }
+    if (status == CLAST_OK && settings->accel == CLAST_ACCEL_DRIVER && renderer->gpu == NULL) {
+        status = clast_fail(renderer->context, CLAST_ERROR_UNSUPPORTED,
+                            "accel driver: it is the processor that makes the picture, and no Vulkan device");
     }
     if (status == CLAST_OK) {
         renderer->device_name = clast_copy_text(renderer->context, settings->device_name);
@@ -105,6 +113,7 @@ clast_status clast_choose_device(clast_renderer *renderer, const clast_render_se
         return status;
     }
     renderer->device = settings->device;
+    renderer->accel = settings->accel;
     renderer->is_device_chosen = true;
     return CLAST_OK;
 }

@@ -11,8 +11,9 @@ struct clast_renderer {
     clast_scene *scene;
     clast_cooked *cooked;
     clast_frame *frame;    // the processor's
-    bool is_device_chosen; // for the next two
+    bool is_device_chosen; // for the next three
     uint32_t device;       // CLAST_DEVICE_
+    uint32_t accel;        // CLAST_ACCEL_
     char *device_name;
     clast_gpu *gpu;            // null where the processor makes pictures
     clast_frame *device_frame; // what the device makes, of pictures only; null likewise
