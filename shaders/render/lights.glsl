@@ -272,8 +272,8 @@ clast_light_sample sample_emitter(light_room room, clast_light_shares shares, ve
     return light;
 }
 
-// Chooses one of the lights but the sun by `choice` in [0, 1) and a point of it by `u`; or, `of_sun`, a point of the sun, of density
-// 0 where its share is none. One text for both, as what comes from far away is long.
+// Chooses one of the lights but the sun by `choice` in [0, 1) and a point of it by `u`; or, `of_sun`, a point of the sun, of
+// density 0 where its share is none. One text for both, as what comes from far away is long.
 clast_light_sample lights_sample(light_room room, clast_light_shares shares, vec3 position, bool of_sun, float choice,
                                  vec2 u)
 {

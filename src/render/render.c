@@ -36,20 +36,27 @@ static void begin_outputs(clast_render_target *target, const clast_render_output
     }
 }
 
-static clast_status begin(clast_frame *frame, clast_render_target *target)
+// What the CPU's passes work in.
+static clast_status begin_cpu(clast_context *context, clast_render_target *target)
 {
-    clast_context *context = frame->context;
     uint32_t rows = BAND_PIXELS / target->width;
     rows = rows < 1 ? 1 : rows;
     target->band_rows = (rows + CLAST_TILE_HEIGHT - 1) / CLAST_TILE_HEIGHT * CLAST_TILE_HEIGHT;
-    clast_srgb_table_fill(&target->srgb);
     target->visibility = clast_allocate(context, (size_t)target->width * target->height, sizeof *target->visibility);
     target->scratch = clast_allocate(context, clast_worker_count(context), sizeof *target->scratch);
-    if (target->visibility == NULL || target->scratch == NULL) {
-        return CLAST_ERROR_OUT_OF_MEMORY;
+    return target->visibility != NULL && target->scratch != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
+}
+
+static clast_status begin(clast_frame *frame, const clast_backend *backend, clast_render_target *target)
+{
+    clast_context *context = frame->context;
+    clast_srgb_table_fill(&target->srgb);
+    clast_status status = backend == &clast_cpu_backend ? begin_cpu(context, target) : CLAST_OK;
+    if (status != CLAST_OK) {
+        return status;
     }
     double start = clast_clock();
-    clast_status status = clast_lights_create(frame, &target->srgb, &target->lights);
+    status = clast_lights_create(frame, &target->srgb, &target->lights);
     if (status == CLAST_OK) {
         status = clast_scatter_create(frame->scene, &target->scatter);
     }
@@ -114,7 +121,7 @@ clast_status clast_render_frame(clast_frame *frame, const clast_backend *backend
     target->width = settings->width;
     target->height = settings->height;
     begin_outputs(target, outputs, count);
-    clast_status status = begin(frame, target);
+    clast_status status = begin(frame, backend, target);
     if (status == CLAST_OK) {
         status = add_samples(frame, backend, target);
         finish(frame, target, statistics);

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/thread.h"
 #include "render/path.h"
 #include "shared/device_paths.h"
 #include "vulkan/frame_driver.h"
@@ -40,6 +41,8 @@ struct clast_vulkan_render {
     uint32_t capacity;  // paths under way
     uint32_t tile_rows; // of pixels
     uint32_t squares_across;
+    clast_gpu_time times[CLAST_GPU_TIMES]; // of this render
+    uint32_t time_count;
 };
 
 // The push constants of shaders/render/paths.glsl.
@@ -268,6 +271,7 @@ clast_status clast_vulkan_trace(clast_frame *frame, void *data)
     }
     clast_gpu_commands *commands;
     if (status == CLAST_OK) {
+        device->render->time_count = 0;
         status = clast_gpu_begin(device->gpu, &commands);
     }
     if (status == CLAST_OK) {
@@ -430,6 +434,12 @@ static bool wants_first_views(const clast_render_target *target)
     return wanted;
 }
 
+static bool wants_surfaces(const clast_render_target *target)
+{
+    return target->sums[CLAST_VIEW_COLOUR] != NULL || target->sums[CLAST_VIEW_ALBEDO] != NULL ||
+           target->sums[CLAST_VIEW_NORMAL] != NULL || target->sums[CLAST_VIEW_UV] != NULL;
+}
+
 static void trace_primary(const tile *tile)
 {
     clast_gpu_commands *commands = tile->commands;
@@ -451,6 +461,9 @@ static void record_tile(tile *tile)
     if (target->sample == 0 && wants_first_views(target)) {
         clast_gpu_pass(commands, "views");
         run_places(tile, CLAST_SHADER_RENDER_VIEWS);
+    }
+    if (!wants_surfaces(target)) {
+        return;
     }
     clast_gpu_pass(commands, "shade");
     run_places(tile, CLAST_SHADER_RENDER_SHADE);
@@ -547,20 +560,44 @@ static clast_status deliver(const clast_vulkan_render *render, clast_render_targ
     return status;
 }
 
-static double primary_milliseconds(const clast_gpu *gpu)
+// Adds up the times of the tile that was waited for.
+static void add_times(clast_vulkan_render *render)
 {
     clast_gpu_time times[CLAST_GPU_TIMES];
-    uint32_t count = clast_gpu_passes(gpu, times);
-    double sum = 0.0;
+    uint32_t count = clast_gpu_passes(render->gpu, times);
     for (uint32_t i = 0; i < count; i++) {
-        sum += strcmp(times[i].pass, "primary rays") == 0 ? times[i].milliseconds : 0.0;
+        uint32_t k = 0;
+        while (k < render->time_count && strcmp(render->times[k].pass, times[i].pass) != 0) {
+            k++;
+        }
+        if (k == render->time_count && k < CLAST_GPU_TIMES) {
+            render->times[render->time_count++] = (clast_gpu_time){times[i].pass, 0.0};
+        }
+        if (k < render->time_count) {
+            render->times[k].milliseconds += times[i].milliseconds;
+        }
+    }
+}
+
+uint32_t clast_vulkan_render_times(const clast_vulkan_render *render, clast_gpu_time times[CLAST_GPU_TIMES])
+{
+    memcpy(times, render->times, render->time_count * sizeof *times);
+    return render->time_count;
+}
+
+static double milliseconds_of(const clast_vulkan_render *render, bool primary)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < render->time_count; i++) {
+        bool counts = (strcmp(render->times[i].pass, "primary rays") == 0) == primary;
+        sum += counts ? render->times[i].milliseconds : 0.0;
     }
     return sum;
 }
 
-// All tiles, two of them under way at a time. `*rows` of the picture are done, `*traced` is the time of primary rays.
-static clast_status run_tiles(const clast_vulkan_render *render, clast_frame *frame, const clast_render_target *target,
-                              uint32_t *rows, double *traced)
+// All tiles, two of them under way at a time. `*rows` of the picture are done.
+static clast_status run_tiles(clast_vulkan_render *render, clast_frame *frame, const clast_render_target *target,
+                              uint32_t *rows)
 {
     uint64_t tiles = (target->height + render->tile_rows - 1) / render->tile_rows, ticket = 0, before = 0;
     clast_status status = CLAST_OK;
@@ -577,27 +614,37 @@ static clast_status run_tiles(const clast_vulkan_render *render, clast_frame *fr
         }
         if (status == CLAST_OK && before != 0) {
             status = clast_gpu_wait(render->gpu, before);
-            *traced += primary_milliseconds(render->gpu);
+            add_times(render);
         }
     }
     if (row != 0) {
         clast_status waited = clast_gpu_wait(render->gpu, ticket);
-        *traced += primary_milliseconds(render->gpu);
+        add_times(render);
         status = status == CLAST_OK ? waited : status;
     }
     *rows = row;
     return status;
 }
 
+// The time that the device took, in place of that for which the processor waited, where the device has a clock.
+static void note_times(clast_frame *frame, const clast_vulkan_render *render, double primary, double others,
+                       double waited)
+{
+    double traced = milliseconds_of(render, true) - primary, shaded = milliseconds_of(render, false) - others;
+    if (traced + shaded > 0.0) {
+        frame->milliseconds[CLAST_PASS_TRACE] += traced;
+        frame->milliseconds[CLAST_PASS_SHADE] += shaded - waited; // which frame.c adds
+    }
+}
+
 clast_status clast_vulkan_shade(clast_frame *frame, void *data)
 {
     clast_render_target *target = data;
     clast_vulkan_render *render = clast_vulkan_of(frame)->render;
+    double primary = milliseconds_of(render, true), others = milliseconds_of(render, false), start = clast_clock();
     uint32_t rows = 0;
-    double traced = 0.0;
-    clast_status status = run_tiles(render, frame, target, &rows, &traced);
-    frame->milliseconds[CLAST_PASS_TRACE] += traced;
-    frame->milliseconds[CLAST_PASS_SHADE] -= traced; // as all of this is counted there
+    clast_status status = run_tiles(render, frame, target, &rows);
+    note_times(frame, render, primary, others, (clast_clock() - start) * 1e3);
     target->shaded_rows = rows;
     target->primary_rays += (uint64_t)target->width * rows;
     atomic_fetch_add(&target->rays, (uint64_t)target->width * rows);

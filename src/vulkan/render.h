@@ -19,6 +19,9 @@ void clast_vulkan_render_destroy(clast_vulkan_render *render);
 // Bytes of the device's memory.
 uint64_t clast_vulkan_render_bytes(const clast_vulkan_render *render);
 
+// How long the kernels of the last render took on the device, by what they do.
+uint32_t clast_vulkan_render_times(const clast_vulkan_render *render, clast_gpu_time times[CLAST_GPU_TIMES]);
+
 // Pass trace: begins a render at its first sample. Pass shade: a sample. `target` is a clast_render_target.
 clast_status clast_vulkan_trace(clast_frame *frame, void *target);
 clast_status clast_vulkan_shade(clast_frame *frame, void *target);

@@ -335,13 +335,47 @@ static void a_render_can_be_stopped(void **state)
     picture_close(&p);
 }
 
+// A picture of more paths than are under way at a time, whose sides are no multiples of anything.
+static void tiles_make_one_picture(void **state)
+{
+    (void)state;
+    picture p = room();
+    picture_build(&p);
+    p.settings.width = 203;
+    p.settings.height = 215;
+    p.settings.spp = 1;
+    p.settings.bounces = 2;
+    twin t = twin_open(&p);
+    compare_views(&p, &t, every_view, 2);
+    // Stopped before the second tile: what is above it has a sample, what is below has none.
+    size_t pixels = (size_t)p.settings.width * p.settings.height, row = (size_t)p.settings.width * 3;
+    float *values = malloc(pixels * 12);
+    assert_non_null(values);
+    clast_render_output output = {CLAST_VIEW_COLOUR, values};
+    clast_render_statistics statistics;
+    reports = 0;
+    last_report = 1;
+    clast_status status = clast_render_frame(t.frame, &clast_vulkan_backend, &p.settings, &output, 1, &statistics);
+    last_report = UINT64_MAX;
+    assert_int_equal(status, CLAST_ERROR_CANCELLED);
+    uint32_t rows = (uint32_t)(statistics.primary_rays / p.settings.width);
+    bool is_cut = rows < p.settings.height; // devices that are no programs have one tile only
+    assert_true(rows != 0 && (is_cut ? rows % 8 == 0 : !clast_gpu_features_of(device.gpu)->is_software));
+    const float *whole = p.pixels[CLAST_VIEW_COLOUR];
+    assert_true(differences(CLAST_VIEW_COLOUR, values, whole, rows * (size_t)p.settings.width) <= pixels / 100);
+    assert_true(!is_cut || mean_of(values + rows * row, pixels * 3 - rows * row) == 0.0);
+    free(values);
+    twin_close(&t);
+    picture_close(&p);
+}
+
 static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lamps_light_a_room),      cmocka_unit_test(materials_scatter_alike),
         cmocka_unit_test(eyes_look_through_alike), cmocka_unit_test(waves_are_cut_alike),
         cmocka_unit_test(settings_mean_the_same),  cmocka_unit_test(lenses_and_panoramas_see_alike),
-        cmocka_unit_test(a_render_can_be_stopped),
+        cmocka_unit_test(a_render_can_be_stopped), cmocka_unit_test(tiles_make_one_picture),
     };
     device = test_device_open();
     int failed = cmocka_run_group_tests_name("pictures of a device", tests, NULL, NULL);
