@@ -231,22 +231,28 @@ uint displaced_part_factor(displaced_part part, uint edge)
     return edge == 0u ? part.factors[0] : edge == 1u ? part.factors[1] : part.factors[2];
 }
 
-// Looks at what a task names, and keeps what it comes to: a point's level and what it is like in the view, or an edge's segments.
-void displaced_do(unit_reference unit, clast_displaced_cluster cluster, uint list, displaced_task task)
+// Looks at what a task names, and keeps what it comes to: a point's level and what it is like in the view, or the segments of an
+// edge.
+void displaced_run_task(unit_reference unit, clast_displaced_cluster cluster, uint list, displaced_task task)
 {
     displaced_face face = displaced_face_of(unit, cluster, task.triangle);
     bool fixed_count = displaced_view.metric == CLAST_METRIC_FIXED;
     uint place = WEIGHTS_INSIDE;
-    clast_weights a = weights_of(displaced_point_weights[task.first]);
-    clast_weights b = weights_of(displaced_point_weights[task.second]);
-    // the ends are known already where one owner has them
-    clast_rate_point from = displaced_get_site(task.first);
-    clast_rate_point to = displaced_get_site(task.second);
+    clast_weights a = task.at;
+    clast_weights b = task.at;
+    clast_rate_point from;
+    clast_rate_point to;
     uint look_number = 2u;
-    if (task.is_edge && !face.plain) {
-        // else an edge is measured by what its triangle or its seam has, all along
-        place = displaced_place_between(a, b);
-        look_number = 0u;
+    if (task.is_edge) {
+        a = weights_of(displaced_point_weights[task.first]);
+        b = weights_of(displaced_point_weights[task.second]);
+        if (face.plain) { // the ends are known already
+            from = displaced_get_site(task.first);
+            to = displaced_get_site(task.second);
+        } else { // where owners differ, an edge is measured by what its triangle or its seam has, all along
+            place = displaced_place_between(a, b);
+            look_number = 0u;
+        }
     }
     displaced_look look;
     [[dont_unroll]] for (; look_number < 3u; look_number++) {
@@ -291,8 +297,8 @@ uint displaced_known_factor(displaced_part part, uint use, uint a, uint b, uint 
 }
 
 // A point of the batch or, of the second phase, the edge of a child.
-void displaced_make(unit_reference unit, clast_displaced_cluster cluster, uint list, uint first, uint count, bool edges,
-                    uint number)
+void displaced_make_point_or_edge(unit_reference unit, clast_displaced_cluster cluster, uint list, uint first, uint count,
+                                  bool edges, uint number)
 {
     uint shift = edges ? 0u : 16u;
     uint child = edges ? number / 3u : number;
@@ -327,7 +333,7 @@ void displaced_make(unit_reference unit, clast_displaced_cluster cluster, uint l
     } else {
         task = displaced_point_task(unit, part, use, within, number);
     }
-    displaced_do(unit, cluster, list, task);
+    displaced_run_task(unit, cluster, list, task);
 }
 
 // The rest of a child.
@@ -386,7 +392,7 @@ displaced_expansion displaced_expand(unit_reference unit, clast_displaced_cluste
     [[dont_unroll]] for (uint phase = 0u; phase < 2u; phase++) {
         uint tasks = phase == 0u ? last >> 16u : 3u * result.children;
         for (uint i = lane; i < tasks; i += GROUP_SIZE) {
-            displaced_make(unit, cluster, list, first, result.parts, phase == 1u, i);
+            displaced_make_point_or_edge(unit, cluster, list, first, result.parts, phase == 1u, i);
         }
         barrier();
     }
