@@ -3,6 +3,7 @@
 #ifndef CLAST_RENDER_PATHS_GLSL
 #define CLAST_RENDER_PATHS_GLSL
 
+#include "render/tables.glsl"
 #include "shared/device_paths.h"
 #include "source/source.glsl"
 

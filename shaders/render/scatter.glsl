@@ -13,11 +13,13 @@ float scatter_value(uint64_t table, float roughness, float cosine)
                          values.at[at.first + SCATTER_SIDE + 1u]);
 }
 
-// A surface of a material of the scene, as the view sees it; `alpha_floor` as brdf_make has it.
+// A surface of a material of the scene, as the view sees it; `alpha_floor` as brdf_make has it. To be called before any other
+// formula of bsdf.h.
 clast_bsdf scatter_make(materials_reference all, uint material, clast_bsdf_input from, float alpha_floor, vec3 view)
 {
     float glass = 1.0f;
     float sheen = 0.0f;
+    ggx_tables = load_address(all.of.ggx);
     if (from.transmission > 0.0f) {
         float roughness = scatter_roughness(from, alpha_floor);
         uint number = material_at(all, material).of.glass;

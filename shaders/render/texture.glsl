@@ -4,7 +4,7 @@
 #ifndef CLAST_RENDER_TEXTURE_GLSL
 #define CLAST_RENDER_TEXTURE_GLSL
 
-#include "gpu.glsl"
+#include "render/tables.glsl"
 #include "textures.glsl"
 #include "shared/device_materials.h"
 
@@ -115,7 +115,7 @@ clast_texel_pair texels_along(float coordinate, uint wrap, uint size, uint kind)
 
 texture_place place_in_texture(clast_device_texture_use use, vec2 coordinates[2])
 {
-    vec2 at = device_coordinates(use, coordinates[reading_set(use.reading)]);
+    vec2 at = device_coordinates(use, reading_set(use.reading) != 0u ? coordinates[1] : coordinates[0]);
     uint kind = reading_filter(use.reading);
     texture_place place;
     place.x = texels_along(at[0], reading_wrap_u(use.reading), size_width(use.image.size), kind);

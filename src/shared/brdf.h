@@ -7,6 +7,8 @@
 #include "shared/sampling.h"
 
 LIMIT(GGX_SIDE, 16u, "rows and columns of GGX_LOSS and GGX_RIM")
+LIMIT(GGX_CELLS, 256u, "values of each")
+LIMIT(GGX_TABLES, 544u, "of GGX_LOSS, GGX_RIM, GGX_MEAN_LOSS and GGX_MEAN_RIM")
 TABLE float DIELECTRIC_F0 = 0.04f;
 TABLE float ALPHA_LEAST = 1e-3f; // narrower lobes than the sun's disc look no different, and cost precision
 
@@ -93,6 +95,14 @@ TABLE float GGX_MEAN_RIM[16] = {
     0.01648f, 0.01274f, 0.00979f, 0.00752f, 0.00580f, 0.00449f, 0.00351f, 0.00276f
 };
 
+// How the tables are read, unless a shader has said otherwise before.
+#ifndef GGX_LOSS_AT
+#define GGX_LOSS_AT(i) GGX_LOSS[i]
+#define GGX_RIM_AT(i) GGX_RIM[i]
+#define GGX_MEAN_LOSS_AT(i) GGX_MEAN_LOSS[i]
+#define GGX_MEAN_RIM_AT(i) GGX_MEAN_RIM[i]
+#endif
+
 // A surface's specular layer and what is below it, for one view.
 RECORD(clast_brdf)
 {
@@ -154,8 +164,9 @@ FN vec2 ggx_albedo(float roughness, float cosine)
     float t = row - to_float(r);
     uint low = r * GGX_SIDE + c;
     uint high = low + GGX_SIDE;
-    float loss = mix1(mix1(GGX_LOSS[low], GGX_LOSS[low + 1u], s), mix1(GGX_LOSS[high], GGX_LOSS[high + 1u], s), t);
-    float rim = mix1(mix1(GGX_RIM[low], GGX_RIM[low + 1u], s), mix1(GGX_RIM[high], GGX_RIM[high + 1u], s), t);
+    float loss = mix1(mix1(GGX_LOSS_AT(low), GGX_LOSS_AT(low + 1u), s),
+                      mix1(GGX_LOSS_AT(high), GGX_LOSS_AT(high + 1u), s), t);
+    float rim = mix1(mix1(GGX_RIM_AT(low), GGX_RIM_AT(low + 1u), s), mix1(GGX_RIM_AT(high), GGX_RIM_AT(high + 1u), s), t);
     return vec2(loss, rim);
 }
 
@@ -164,7 +175,8 @@ FN vec2 ggx_mean_albedo(float roughness)
     float row = clamp1(roughness, 0.0f, 1.0f) * 15.0f;
     uint r = min_uint(to_uint(row), 14u);
     float t = row - to_float(r);
-    return vec2(mix1(GGX_MEAN_LOSS[r], GGX_MEAN_LOSS[r + 1u], t), mix1(GGX_MEAN_RIM[r], GGX_MEAN_RIM[r + 1u], t));
+    return vec2(mix1(GGX_MEAN_LOSS_AT(r), GGX_MEAN_LOSS_AT(r + 1u), t),
+                mix1(GGX_MEAN_RIM_AT(r), GGX_MEAN_RIM_AT(r + 1u), t));
 }
 
 // What a specular layer of reflectance f0, f90 at grazing angles, does not reflect.

@@ -92,11 +92,12 @@ RECORD(clast_device_materials)
     packed_address materials; // clast_device_material; number 0 is always there
     packed_address linear8;   // what sRGB's 256 values are
     packed_address linear16;  // and its 65536 values; 0 where no picture has 16 bits
+    packed_address ggx;       // GGX_TABLES floats: the tables of shared/brdf.h
     packed_address sheen;     // SCATTER_CELLS floats: what fuzz gives back
     packed_address glass;     // likewise, of each table: from outside, from inside
     packed_address blocks;    // packed_address of each compressed picture's blocks, row by row from the top
     uint material_count;
 };
-RECORD_SIZE(clast_device_materials, 52)
+RECORD_SIZE(clast_device_materials, 60)
 
 #endif

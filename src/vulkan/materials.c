@@ -75,6 +75,11 @@ static void fill_tables(const clast_gpu_materials *materials, const clast_scatte
     clast_srgb_table_fill(&colours);
     memcpy(tables, colours.linear, sizeof colours.linear);
     tables += LINEAR8;
+    memcpy(tables, GGX_LOSS, sizeof GGX_LOSS);
+    memcpy(tables + GGX_CELLS, GGX_RIM, sizeof GGX_RIM);
+    memcpy(tables + 2 * GGX_CELLS, GGX_MEAN_LOSS, sizeof GGX_MEAN_LOSS);
+    memcpy(tables + 2 * GGX_CELLS + GGX_SIDE, GGX_MEAN_RIM, sizeof GGX_MEAN_RIM);
+    tables += GGX_TABLES;
     memcpy(tables, scatter->sheen, sizeof scatter->sheen);
     tables += SCATTER_CELLS;
     for (size_t i = 0; i < scatter->glass_count; i++) {
@@ -95,7 +100,8 @@ static clast_status write_tables(clast_gpu_materials *materials, clast_gpu_comma
                                  const clast_scatter_tables *scatter, clast_device_materials *head)
 {
     clast_context *context = clast_gpu_context(materials->gpu);
-    uint64_t sheen = LINEAR8, glass = sheen + SCATTER_CELLS, colours16 = glass + (uint64_t)scatter->glass_count * GLASS;
+    uint64_t ggx = LINEAR8, sheen = ggx + GGX_TABLES, glass = sheen + SCATTER_CELLS,
+             colours16 = glass + (uint64_t)scatter->glass_count * GLASS;
     uint64_t blocks = colours16 + (materials->pictures.has_16_bits ? LINEAR16 : 0);
     uint64_t count = blocks + materials->pictures.block_count * (sizeof(packed_address) / sizeof(float));
     float *tables = clast_allocate(context, count, sizeof *tables);
@@ -110,6 +116,7 @@ static clast_status write_tables(clast_gpu_materials *materials, clast_gpu_comma
         clast_gpu_write(commands, &materials->tables, 0, tables, bytes);
         uint64_t address = materials->tables.address;
         head->linear8 = store_address(address);
+        head->ggx = store_address(address + ggx * sizeof *tables);
         head->sheen = store_address(address + sheen * sizeof *tables);
         head->glass = store_address(address + glass * sizeof *tables);
         head->blocks = store_address(address + blocks * sizeof *tables);
