@@ -231,8 +231,8 @@ uint displaced_part_factor(displaced_part part, uint edge)
     return edge == 0u ? part.factors[0] : edge == 1u ? part.factors[1] : part.factors[2];
 }
 
-// Looks at what a task names, and keeps what it comes to: a point's level and what it is like in the view, or the segments of an
-// edge.
+// Looks at what a task names, and keeps what it comes to: a point's level and what it is like in the view, or an edge's
+// segments.
 void displaced_run_task(unit_reference unit, clast_displaced_cluster cluster, uint list, displaced_task task)
 {
     displaced_face face = displaced_face_of(unit, cluster, task.triangle);

@@ -3,18 +3,13 @@
 // to write, it counts.
 #include "source/displaced.h"
 
-enum { RECORD_TRIANGLES = 128 }; // of several leaves
-
-// An item that would come to more than this comes to UINT32_MAX of everything: no frame can hold it.
-static const uint32_t item_triangles_most = 1u << 30;
-
 // A record that still takes leaves.
 typedef struct open_record {
     uint32_t leaf_count, triangle_count, vertex_count, split_count;
     // Of the cluster, which it has already: those marked with its serial number.
     uint8_t vertices[CLUSTER_VERTICES], edges[DISPLACED_EDGES], serial;
-    uint32_t leaves[RECORD_TRIANGLES];
-    uint32_t splits[RECORD_TRIANGLES * DISPLACED_SPLIT_WORDS];
+    uint32_t leaves[DISPLACED_RECORD_TRIANGLES];
+    uint32_t splits[DISPLACED_RECORD_TRIANGLES * DISPLACED_SPLIT_WORDS];
 } open_record;
 
 typedef struct walk {
@@ -117,7 +112,7 @@ static void close_record(walk *w)
         return;
     }
     if (open->leaf_count == 1) {
-        uint32_t factors = open->leaves[0] >> DISPLACED_LEAF_TRIANGLE_BITS & 4095;
+        uint32_t factors = displaced_leaf_factors(open->leaves[0]);
         displaced_pattern use = displaced_pattern_of(w->unit, factors);
         open->vertex_count = pattern_vertices(*use.pattern);
         write_record(w, FORM_WHOLE, w->unit->first_pattern + use.number, open);
@@ -139,7 +134,8 @@ static uint32_t take(uint8_t *mark, uint8_t serial)
 static bool add_leaf(open_record *open, const loose_leaf *leaf, displaced_triangle triangle)
 {
     uint32_t triangles = pattern_triangles(*leaf->use.pattern), vertices = pattern_vertices(*leaf->use.pattern);
-    if (open->triangle_count + triangles > RECORD_TRIANGLES || open->vertex_count + vertices > TEMPLATE_VERTICES) {
+    if (open->triangle_count + triangles > DISPLACED_RECORD_TRIANGLES ||
+        open->vertex_count + vertices > TEMPLATE_VERTICES) {
         return false;
     }
     for (uint32_t k = 0; k < 3 && leaf->corners == NULL; k++) {
@@ -183,7 +179,7 @@ static bool pack_part(void *user, const displaced_part *part)
 {
     part_job *job = user;
     pack_leaf(job->w, job->number, job->triangle, part->factors, part->corners);
-    return job->w->count.triangles <= item_triangles_most;
+    return job->w->count.triangles <= DISPLACED_ITEM_TRIANGLES;
 }
 
 static void split_triangle(walk *w, uint32_t number, displaced_triangle triangle, const uint32_t factors[3])
@@ -241,11 +237,11 @@ static void walk_item(walk *w)
         write_record(w, FORM_WHOLE, w->cluster->template_index, &w->open);
         return;
     }
-    for (uint32_t i = 0; i < w->cluster->triangle_count && w->count.triangles <= item_triangles_most; i++) {
+    for (uint32_t i = 0; i < w->cluster->triangle_count && w->count.triangles <= DISPLACED_ITEM_TRIANGLES; i++) {
         pack_triangle(w, i);
     }
     close_record(w);
-    if (w->count.triangles > item_triangles_most) {
+    if (w->count.triangles > DISPLACED_ITEM_TRIANGLES) {
         w->count = (clast_source_count){UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
     }
 }

@@ -19,7 +19,7 @@ displaced_reader clast_displaced_read(const displaced_unit *unit, const clast_cl
 float clast_displaced_level_of(const displaced_reader *reader, uint32_t corner)
 {
     if (reader->leaf.split) {
-        return (float)reader->leaf.corners[corner].level * (1.0f / (float)HEIGHT_LEVEL_STEPS);
+        return displaced_level(reader->leaf.corners[corner].level);
     }
     displaced_triangle triangle = reader->unit->triangles[reader->cluster->first_triangle + reader->leaf.triangle];
     return displaced_cluster_level(reader, displaced_corner(triangle, corner));
@@ -44,10 +44,10 @@ bool clast_displaced_next(displaced_reader *reader)
     }
     uint32_t word = reader->words[reader->next++];
     displaced_leaf *leaf = &reader->leaf;
-    leaf->triangle = word & 255;
-    leaf->factors = word >> DISPLACED_LEAF_TRIANGLE_BITS & 4095;
-    leaf->split = (word >> DISPLACED_LEAF_SPLIT_BIT & 1) != 0;
-    reader->first_triangle = word >> DISPLACED_LEAF_FIRST_BIT & 255;
+    leaf->triangle = displaced_leaf_triangle(word);
+    leaf->factors = displaced_leaf_factors(word);
+    leaf->split = displaced_leaf_is_split(word);
+    reader->first_triangle = displaced_leaf_first(word);
     reader->use = displaced_pattern_of(reader->unit, leaf->factors);
     if (leaf->split) {
         read_split(reader);

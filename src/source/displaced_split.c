@@ -85,7 +85,7 @@ static void displace_points(const split_job *job, const clast_weights *at, const
             points->normals[2][i],
             [DISPLACE_COORDINATES] = site.coordinates[0],
             site.coordinates[1],
-            [DISPLACE_LEVEL] = (float)levels[i] * (1.0f / (float)HEIGHT_LEVEL_STEPS),
+            [DISPLACE_LEVEL] = displaced_level(levels[i]),
         }};
     }
     for (uint32_t first = 0, end = 0; first < count; first = end) {
