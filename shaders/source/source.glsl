@@ -16,8 +16,9 @@
 //   CLAST_SOURCE_KIND_EVALUATE  source_surface evaluate_kind(unit_reference unit, clast_surface_point point)
 //
 // Duties of a work group stand within #ifdef SOURCE_KIND. All SOURCE_GROUP invocations of the group call them together, with
-// equal arguments; they may use shared memory and barriers. There, source_resident is a macro too, for resident_kind. Or, where the file says SOURCE_SINGLE_ITEMS, source_count and
-// source_emit are called by single invocations, each for an item of its own, and use neither.
+// equal arguments; they may use shared memory and barriers. There, source_resident is a macro too, for resident_kind. Or, where
+// the file says SOURCE_SINGLE_ITEMS, source_count and source_emit are called by single invocations, each for an item of its own,
+// and use neither.
 //
 //   clast_source_count source_count(unit_reference unit, uint item)
 //       The same bits as the C function. All invocations get the result.
