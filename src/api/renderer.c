@@ -236,16 +236,10 @@ static clast_status check_outputs(clast_context *context, const clast_render_out
     return CLAST_OK;
 }
 
-clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,
-                          const clast_render_output *outputs, size_t count, clast_render_statistics *statistics)
+static clast_status render(clast_renderer *renderer, const clast_render_settings *settings,
+                           const clast_render_output *outputs, size_t count, clast_render_statistics *statistics)
 {
-    if (renderer == NULL) {
-        return CLAST_ERROR_INVALID_ARGUMENT;
-    }
     double begun = clast_clock();
-    clast_render_statistics unwanted;
-    statistics = statistics != NULL ? statistics : &unwanted;
-    *statistics = (clast_render_statistics){0};
     clast_render_settings resolved = settings != NULL ? *settings : (clast_render_settings){0};
     clast_status status = clast_render_settings_resolve(renderer->context, &resolved);
     if (status == CLAST_OK) {
@@ -271,5 +265,22 @@ clast_status clast_render(clast_renderer *renderer, const clast_render_settings 
     clast_collect_statistics(renderer, frame, statistics);
     clast_collect_device(renderer, statistics);
     statistics->total_milliseconds = 1000.0 * (clast_clock() - begun);
+    return status;
+}
+
+clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,
+                          const clast_render_output *outputs, size_t count, clast_render_statistics *statistics)
+{
+    if (renderer == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_render_statistics unwanted;
+    statistics = statistics != NULL ? statistics : &unwanted;
+    *statistics = (clast_render_statistics){0};
+    clast_status status = render(renderer, settings, outputs, count, statistics);
+    if (status == CLAST_ERROR_DEVICE) { // a device that was lost stays lost: the next picture opens it anew
+        clast_forget_device(renderer);
+        statistics->device = statistics->driver = "";
+    }
     return status;
 }
