@@ -10,6 +10,7 @@
 
 #include "gpu.glsl"
 #include "shared/cluster.h"
+#include "shared/tree.h"
 
 const uint FIT_GROUP = 128u;
 const uint FIT_NODE_WORDS = 12u;
@@ -29,7 +30,7 @@ struct fit_target
     uint counts;       // cluster_counts()
 };
 
-shared float fit_sides[6u * FIT_GROUP]; // of subgroups: the least lower sides, and the least of the upper ones' opposites
+shared uint fit_sides[6u * FIT_GROUP]; // of subgroups: the least lower sides, and the least of the upper ones' opposites
 shared uint fit_lower[FIT_GROUP];       // of pairs: steps of x, y and z, 8 bits each
 shared uint fit_upper[FIT_GROUP];
 shared uint fit_words[CLUSTER_NODES * FIT_NODE_WORDS];
@@ -72,31 +73,42 @@ fit_extent fit_pair_extent(clast_pair pair, out bool unsound)
     return extent;
 }
 
-// Around the extents of all invocations.
-fit_extent fit_reduce(fit_extent own)
+// Around the extents of all invocations, of which those from `count` on have none. Minima are of integers in the order of floats,
+// for which some devices have an operation over a subgroup.
+fit_extent fit_reduce(fit_extent own, uint count)
 {
-    vec3 lower = subgroupMin(own.lower);
-    vec3 opposite = subgroupMin(own.opposite);
-    if (subgroupElect()) {
+    if (gl_SubgroupID * gl_SubgroupSize < count) {
         for (uint axis = 0u; axis < 3u; axis++) {
-            fit_sides[axis * FIT_GROUP + gl_SubgroupID] = lower[axis];
-            fit_sides[(axis + 3u) * FIT_GROUP + gl_SubgroupID] = opposite[axis];
+            uint lower = subgroupMin(ordered_bits(own.lower[axis]));
+            uint opposite = subgroupMin(ordered_bits(own.opposite[axis]));
+            if (subgroupElect()) {
+                fit_sides[gl_SubgroupID * 6u + axis] = lower;
+                fit_sides[gl_SubgroupID * 6u + axis + 3u] = opposite;
+            }
         }
     }
     barrier();
-    fit_extent all = fit_extent(vec3(FIT_BEYOND), vec3(FIT_BEYOND));
-    for (uint i = 0u; i < gl_NumSubgroups; i++) {
-        for (uint axis = 0u; axis < 3u; axis++) {
-            all.lower[axis] = min(all.lower[axis], fit_sides[axis * FIT_GROUP + i]);
-            all.opposite[axis] = min(all.opposite[axis], fit_sides[(axis + 3u) * FIT_GROUP + i]);
+    uint sides[6] = {CLAST_NONE, CLAST_NONE, CLAST_NONE, CLAST_NONE, CLAST_NONE, CLAST_NONE};
+    for (uint i = 0u; i * gl_SubgroupSize < count; i++) {
+        [[unroll]] for (uint side = 0u; side < 6u; side++) {
+            sides[side] = min(sides[side], fit_sides[i * 6u + side]);
         }
     }
-    return all;
+    return fit_extent(vec3(ordered_float(sides[0]), ordered_float(sides[1]), ordered_float(sides[2])),
+                      vec3(ordered_float(sides[3]), ordered_float(sides[4]), ordered_float(sides[5])));
 }
 
+// The number of an invocation: those of a subgroup follow each other.
+uint fit_lane() { return gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID; }
+
 // Stores a pair's steps; the box is inside out where nothing in it is sound.
-void fit_store_steps(uint lane, fit_extent extent, vec3 base, uint exponents)
+void fit_store_steps(uint lane, uint pairs, fit_extent extent, vec3 base, uint exponents)
 {
+    if (lane >= pairs) {
+        fit_lower[lane] = 0xffffffu;
+        fit_upper[lane] = 0u;
+        return;
+    }
     bool empty = extent.lower.x >= FIT_BEYOND;
     uint lower = 0u;
     uint upper = 0u;
@@ -184,7 +196,7 @@ uint fit_order(uint node, uint exponents)
 // The pair of an invocation, which has one where it is below the number of pairs.
 clast_pair fit_template_pair(fit_target target)
 {
-    uint lane = gl_LocalInvocationIndex;
+    uint lane = fit_lane();
     return fit_pairs(target.pairs).at[min(lane, cluster_pairs(target.counts) - 1u)];
 }
 
@@ -193,7 +205,7 @@ clast_pair fit_template_pair(fit_target target)
 // the nodes, and tells the target where that is.
 clast_pair fit_own_pair(inout fit_target target, uint triangles)
 {
-    uint lane = gl_LocalInvocationIndex, pairs = cluster_pairs(target.counts);
+    uint lane = fit_lane(), pairs = cluster_pairs(target.counts);
     uint pair_number = min(lane, pairs - 1u), first = 2u * pair_number;
     uint word = (cluster_corners[first] & 0xffffffu) | first << 24u;
     clast_pair pair = lone_pair(word);
@@ -224,7 +236,7 @@ void fit_write_head(fit_target target, vec3 base, uint exponents)
 // Ends with a barrier.
 void fit_cluster(fit_target target, clast_pair pair)
 {
-    uint lane = gl_LocalInvocationIndex, pairs = cluster_pairs(target.counts), shift = cluster_shift(target.counts);
+    uint lane = fit_lane(), pairs = cluster_pairs(target.counts), shift = cluster_shift(target.counts);
     uint leaves = cluster_leaves(target.counts), nodes = cluster_nodes(target.counts);
     if (lane == 0u) {
         fit_unsound = 0u;
@@ -237,7 +249,7 @@ void fit_cluster(fit_target target, clast_pair pair)
     if (lane < pairs) {
         extent = fit_pair_extent(pair, unsound);
     }
-    fit_extent all = fit_reduce(extent);
+    fit_extent all = fit_reduce(extent, pairs);
     if (unsound) {
         atomicOr(fit_unsound, 1u); // after the barrier of fit_reduce
     }
@@ -246,7 +258,7 @@ void fit_cluster(fit_target target, clast_pair pair)
     vec3 upper = empty ? vec3(0.0)
                        : vec3(unsigned_zero(-all.opposite.x), unsigned_zero(-all.opposite.y), unsigned_zero(-all.opposite.z));
     uint exponents = box_exponents(upper - base);
-    fit_store_steps(lane, extent, base, exponents);
+    fit_store_steps(lane, pairs, extent, base, exponents);
     barrier();
     uint first_node = nodes > 1u ? 1u : 0u;
     uint node = lane / FIT_NODE_WORDS + first_node, number = lane % FIT_NODE_WORDS;
