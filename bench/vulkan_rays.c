@@ -2,6 +2,7 @@
 #include "vulkan_rays.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 // The push constants of shaders/bench/rays.comp.
@@ -95,6 +96,22 @@ void vulkan_rays_free(vulkan_rays *rays)
     clast_gpu_free(gpu, &rays->counts);
 }
 
+// Another way to go about it, to find the best: CLAST_BENCH_TUNING is group,refill,steps,pairs,bytes,groups (vulkan/rays.h),
+// with -1 for never.
+static clast_gpu_rays_tuning tuning_of_environment(void)
+{
+    clast_gpu_rays_tuning tuning = {0};
+    uint32_t *const numbers[] = {&tuning.group, &tuning.refill, &tuning.steps,
+                                 &tuning.pairs, &tuning.bytes,  &tuning.groups};
+    const char *text = getenv("CLAST_BENCH_TUNING");
+    for (size_t i = 0; text != NULL && i < sizeof numbers / sizeof *numbers; i++) {
+        *numbers[i] = (uint32_t)strtol(text, NULL, 10);
+        text = strchr(text, ',');
+        text = text != NULL ? text + 1 : NULL;
+    }
+    return tuning;
+}
+
 void vulkan_trace(const vulkan_rays *rays, clast_gpu_commands *commands, bool diffuse)
 {
     clast_gpu_trace_closest(commands,
@@ -103,7 +120,8 @@ void vulkan_trace(const vulkan_rays *rays, clast_gpu_commands *commands, bool di
                                               .to = rays->hits.address,
                                               .scratch = &rays->work->scratch,
                                               .count = rays->width * rays->height,
-                                              .kind = diffuse ? CLAST_GPU_RAYS_INCOHERENT : CLAST_GPU_RAYS_COHERENT});
+                                              .kind = diffuse ? CLAST_GPU_RAYS_INCOHERENT : CLAST_GPU_RAYS_COHERENT,
+                                              .tuning = tuning_of_environment()});
     clast_gpu_barrier(commands);
 }
 
