@@ -9,8 +9,7 @@
 enum {
     STAGES_MOST = CLAST_DRIVER_LAUNCHES_MOST + 3,
     GROUPS_MOST = CLAST_DRIVER_LAUNCHES_MOST + 2,
-    HANDLE_MOST = 64,       // bytes of a group's handle; all drivers have 32
-    LAUNCHES_ACROSS = 8192, // along the first dimension
+    HANDLE_MOST = 64, // bytes of a group's handle; all drivers have 32
 };
 
 static const VkShaderStageFlags ray_stages = VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
@@ -30,7 +29,7 @@ struct clast_driver {
     clast_gpu_buffer table;
     uint32_t launch_count; // records of these come first, then that of misses, then that of hits
     VkStridedDeviceAddressRegionKHR records[GROUPS_MOST];
-    uint32_t most; // launches at once
+    uint32_t across, most; // launches along the first dimension, and at once
 };
 
 // ---------------------------------------------------------------------------------------------------------- pipeline
@@ -125,6 +124,26 @@ static uint64_t round_up(uint64_t bytes, uint64_t step)
     return (bytes + step - 1) / step * step;
 }
 
+static clast_status write_table(clast_driver *driver, const uint8_t *bytes, uint64_t count)
+{
+    clast_gpu_commands *commands;
+    clast_status status = clast_gpu_begin(driver->gpu, &commands);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_gpu_write(commands, &driver->table, 0, bytes, count);
+    return clast_gpu_finish(commands);
+}
+
+// Launches lie along one dimension as long as that is possible: those of the same number in a second one may become neighbours
+// on the device, but their rays are none.
+static void take_limits(clast_driver *driver, const VkPhysicalDeviceLimits *limits, uint32_t most)
+{
+    uint64_t across = (uint64_t)limits->maxComputeWorkGroupCount[0] * limits->maxComputeWorkGroupSize[0];
+    driver->most = most;
+    driver->across = across < most ? (uint32_t)across : most;
+}
+
 // Each record begins where a table of its own may.
 static clast_status make_table(clast_driver *driver)
 {
@@ -134,7 +153,7 @@ static clast_status make_table(clast_driver *driver)
     VkPhysicalDeviceProperties2 properties = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
                                               .pNext = &limits};
     gpu->vk.vkGetPhysicalDeviceProperties2(gpu->physical_device, &properties);
-    driver->most = limits.maxRayDispatchInvocationCount;
+    take_limits(driver, &properties.properties.limits, limits.maxRayDispatchInvocationCount);
     uint32_t size = limits.shaderGroupHandleSize;
     if (size > HANDLE_MOST) {
         return clast_fail(gpu->context, CLAST_ERROR_UNSUPPORTED, "vulkan: handles of shaders have %u bytes", size);
@@ -148,19 +167,24 @@ static clast_status make_table(clast_driver *driver)
     }
     uint64_t alignment = limits.shaderGroupBaseAlignment != 0 ? limits.shaderGroupBaseAlignment : 1;
     uint64_t stride = round_up(size, limits.shaderGroupHandleAlignment != 0 ? limits.shaderGroupHandleAlignment : 1);
-    uint64_t step = round_up(stride, alignment);
-    clast_status status = clast_gpu_allocate(gpu, CLAST_GPU_UPLOAD, count * step + alignment, "the table of shaders",
-                                             &driver->table);
+    uint64_t step = round_up(stride, alignment), bytes = count * step + alignment;
+    clast_status status = clast_gpu_allocate(gpu, CLAST_GPU_DEVICE, bytes, "the table of shaders", &driver->table);
     if (status != CLAST_OK) {
         return status;
+    }
+    uint8_t *table = clast_allocate_zeroed(gpu->context, bytes, 1);
+    if (table == NULL) {
+        return CLAST_ERROR_OUT_OF_MEMORY;
     }
     uint64_t skipped = round_up(driver->table.address, alignment) - driver->table.address;
     for (uint32_t i = 0; i < count; i++) {
         uint64_t offset = skipped + i * step;
-        memcpy((uint8_t *)driver->table.mapped + offset, handles + (size_t)i * size, size);
+        memcpy(table + offset, handles + (size_t)i * size, size);
         driver->records[i] = (VkStridedDeviceAddressRegionKHR){driver->table.address + offset, stride, stride};
     }
-    return CLAST_OK;
+    status = write_table(driver, table, bytes);
+    clast_free(gpu->context, table);
+    return status;
 }
 
 static const clast_driver_desc rays_of_buffers = {
@@ -220,7 +244,7 @@ void clast_driver_launch(clast_gpu_commands *commands, const clast_driver *drive
     if (commands->status != CLAST_OK || count == 0) {
         return;
     }
-    uint32_t across = count < LAUNCHES_ACROSS ? count : LAUNCHES_ACROSS;
+    uint32_t across = count < driver->across ? count : driver->across;
     uint32_t down = (count + across - 1) / across;
     if ((uint64_t)across * down > driver->most) {
         clast_gpu_note(commands, clast_fail(gpu->context, CLAST_ERROR_LIMIT,
