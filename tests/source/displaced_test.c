@@ -9,10 +9,7 @@
 // Material 0 displaces by `height`, material 1 does not.
 static kind_world open_shape(clast_context *context, const clast_mesh *mesh, float height, bool curved)
 {
-    kind_world world = {.context = context, .source = clast_sources[CLAST_SOURCE_DISPLACED]};
-    assert_ok(context, clast_scene_create(context, &world.scene));
-    assert_ok(context, clast_template_set_create(context, &world.templates));
-    assert_ok(context, clast_height_store_create(context, &world.heights));
+    kind_world world = kind_begin(context, CLAST_SOURCE_DISPLACED);
     uint32_t geometry = CLAST_NONE, still = CLAST_NONE;
     clast_material_desc plain = clast_material_defaults();
     assert_ok(context, clast_scene_add_material(world.scene, &plain, "still", &still));
@@ -424,26 +421,16 @@ static void normals_follow_the_map(void **state)
 
 // -------------------------------------------------------------------------------------------------------------- faults
 
-static void close_unfinished(kind_world *world)
-{
-    clast_height_store_destroy(world->heights);
-    clast_template_set_destroy(world->templates);
-    clast_scene_destroy(world->scene);
-}
-
 static void displacement_that_is_out_of_all_bounds_is_refused(void **state)
 {
     clast_context *context = *state;
-    kind_world world = {.context = context, .source = clast_sources[CLAST_SOURCE_DISPLACED]};
-    assert_ok(context, clast_scene_create(context, &world.scene));
-    assert_ok(context, clast_template_set_create(context, &world.templates));
-    assert_ok(context, clast_height_store_create(context, &world.heights));
+    kind_world world = kind_begin(context, CLAST_SOURCE_DISPLACED);
     uint32_t geometry = shape_add_sphere(context, world.scene, 12, 6);
     shape_displace(context, world.scene, geometry, 0, 1e30f);
     clast_cook_job job = kind_job(&world, geometry);
     assert_int_equal(world.source->cook(&job, &world.unit), CLAST_ERROR_LIMIT);
     assert_non_null(strstr(clast_context_error(context), "sphere: displacement by more than"));
-    close_unfinished(&world);
+    kind_close(&world);
 }
 
 static void a_mesh_without_coordinates_is_not_displaced(void **state)

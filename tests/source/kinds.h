@@ -61,21 +61,28 @@ static inline void kind_cook(kind_world *world, uint32_t geometry)
     assert_ok(world->context, world->source->cook(&job, &world->unit));
 }
 
-static inline kind_world kind_open(clast_context *context, clast_source_kind kind)
+// Without a unit.
+static inline kind_world kind_begin(clast_context *context, clast_source_kind kind)
 {
-    kind_world world = {.context = context};
+    kind_world world = {.context = context, .source = clast_sources[kind]};
     assert_ok(context, clast_scene_create(context, &world.scene));
     assert_ok(context, clast_template_set_create(context, &world.templates));
     assert_ok(context, clast_height_store_create(context, &world.heights));
-    uint32_t geometry = kind_cases[kind].add(context, world.scene);
-    world.source = clast_sources[kind];
-    kind_cook(&world, geometry);
+    return world;
+}
+
+static inline kind_world kind_open(clast_context *context, clast_source_kind kind)
+{
+    kind_world world = kind_begin(context, kind);
+    kind_cook(&world, kind_cases[kind].add(context, world.scene));
     return world;
 }
 
 static inline void kind_close(kind_world *world)
 {
-    world->source->destroy(world->unit);
+    if (world->unit != NULL) {
+        world->source->destroy(world->unit);
+    }
     clast_height_store_destroy(world->heights);
     clast_template_set_destroy(world->templates);
     clast_scene_destroy(world->scene);
