@@ -44,21 +44,27 @@ void trace_one()
     store_ray();
 }
 
-// Whichever of a subgroup's invocations are together here share tickets: what they do depends on no other.
+// Whichever of a subgroup's invocations are together here share tickets: what they do depends on no other. Those whose ray has
+// ended keep what it found until they take the next one, so that some do both together.
 void trace_many()
 {
     bool alive = false, exhausted = false;
     while (true) {
-        uvec4 idle = subgroupBallot(!alive && !exhausted);
+        bool busy = alive && trace.more;
+        uvec4 idle = subgroupBallot(!busy && !exhausted);
         uint count = subgroupBallotBitCount(idle);
-        if (count >= min(TRACE_REFILL, gl_SubgroupSize) || !subgroupAny(alive)) {
+        if (count >= min(TRACE_REFILL, gl_SubgroupSize) || !subgroupAny(busy)) {
+            if (alive && !busy) {
+                store_ray();
+                alive = false;
+            }
             uint first = 0u;
             if (subgroupElect()) {
                 first = count != 0u ? atomicAdd(uints(trace_ticket()).at[0], count) : 0u;
             }
             first = subgroupBroadcastFirst(first);
             uint number = first + subgroupBallotExclusiveBitCount(idle);
-            if (!alive && !exhausted) {
+            if (!busy && !exhausted) {
                 exhausted = number >= trace_count();
                 alive = !exhausted;
                 if (alive) {
@@ -72,10 +78,6 @@ void trace_many()
         for (uint i = 0u; i < TRACE_STEPS; i++) {
             if (alive && trace.more) {
                 step_ray();
-            }
-            if (alive && !trace.more) {
-                store_ray();
-                alive = false;
             }
         }
     }
