@@ -223,13 +223,14 @@ static clast_status mirror_units(clast_frame *frame, clast_gpu_commands *command
     clast_vulkan_frame *device = clast_vulkan_of(frame);
     clast_status status = clast_mirror_begin(device->mirror, frame->unit_count);
     for (size_t i = 0; i < frame->unit_count && status == CLAST_OK; i++) {
-        const clast_frame_unit *unit = &frame->units[i];
+        clast_frame_unit *unit = &frame->units[i];
         if (unit->used) {
             status = clast_mirror_unit(device->mirror, commands, i, unit, &device->records[i]);
-        } else {
+        } else { // what it is made of leaves the device: where it comes back, it is made anew
             device->records[i] = (clast_device_unit){0};
+            unit->made = false;
         }
-        if (!unit->used || !unit->made) {
+        if (!unit->made) {
             device->units[i].record_count = 0;
         }
     }
@@ -242,10 +243,11 @@ static void borrow_units(clast_frame *frame)
 {
     clast_vulkan_frame *device = clast_vulkan_of(frame);
     for (size_t i = 0; i < frame->unit_count; i++) {
-        const clast_frame_unit *unit = &frame->units[i];
+        clast_frame_unit *unit = &frame->units[i];
         device->records[i] = unit->used ? device->parent->records[i] : (clast_device_unit){0};
         device->records[i].item_counts = device->records[i].spaces = store_address(0);
-        if (!unit->used || !unit->made) {
+        unit->made = unit->made && unit->used;
+        if (!unit->made) {
             device->units[i].record_count = 0;
         }
     }

@@ -276,6 +276,10 @@ static void edits_between_frames_are_followed(void **state)
     assert_ok(device.context, clast_scene_set_mesh_positions(t.stage.scene, 2, s.positions, NULL));
     shape_free(&s);
     run_and_compare(&t);
+    for (int visible = 0; visible < 2; visible++) { // what was out of a frame comes back
+        assert_ok(device.context, clast_scene_set_instance_visible(t.stage.scene, 1, visible != 0));
+        run_and_compare(&t);
+    }
     assert_ok(device.context, clast_scene_remove_instance(t.stage.scene, 0));
     run_and_compare(&t);
     twins_close(&t);
