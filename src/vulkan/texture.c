@@ -6,6 +6,10 @@
 
 bool clast_gpu_can_read(const clast_gpu *gpu, VkFormat format)
 {
+    bool is_compressed = format >= VK_FORMAT_BC1_RGB_UNORM_BLOCK && format <= VK_FORMAT_BC7_SRGB_BLOCK;
+    if (is_compressed && !gpu->has_compression) {
+        return false; // the device may know it, and was not made for it
+    }
     VkFormatProperties properties;
     gpu->vk.vkGetPhysicalDeviceFormatProperties(gpu->physical_device, format, &properties);
     const VkFormatFeatureFlags needed = VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_TRANSFER_DST_BIT;
