@@ -214,10 +214,9 @@ static void measure_ready(bench *b, vulkan_work *work)
 
 static void measure_bytes(bench *b, const vulkan_work *work)
 {
-    const clast_gpu_buffer *const parts[] = {&work->vertices,  &work->clusters, &work->boxes,
-                                             &work->nodes,     &work->places,   &work->pairs,
-                                             &work->templates, &work->inputs,   &work->shape};
-    double bytes = 0.0;
+    const clast_gpu_buffer *const parts[] = {&work->vertices, &work->clusters,  &work->boxes,  &work->places,
+                                             &work->pairs,    &work->templates, &work->inputs, &work->shape};
+    double bytes = (double)work->tree_bytes;
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         bytes += (double)parts[i]->bytes;
     }

@@ -310,6 +310,7 @@ static void make_shape(vulkan_work *work)
     vulkan_check(device, shape != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY);
     vulkan_check(device, clast_gpu_tree_shape(device->context, &tree, shape));
     vulkan_upload(device, shape, clast_gpu_tree_shape_bytes(&tree), "shape", &work->shape);
+    work->tree_bytes = tree.node_count * sizeof(clast_tree_node);
     clast_tree_free(device->context, &tree);
     free(shape);
     free(arena.memory);
@@ -386,6 +387,7 @@ void vulkan_work_make(vulkan_device *device, vulkan_kind kind, vulkan_surface su
     vulkan_allocate(device, sizeof(clast_box), "bounds", &work->bounds);
     vulkan_allocate(device, clast_gpu_tree_bytes(work->cluster_count), "fitted tree", &work->kept_nodes);
     vulkan_allocate(device, clast_gpu_tree_kept_bytes(work->cluster_count), "what is kept", &work->kept);
+    work->tree_bytes = clast_gpu_tree_stored_bytes(work->cluster_count);
     if (kind == VULKAN_MESH) {
         make_shape(work);
     }

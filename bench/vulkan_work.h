@@ -43,9 +43,10 @@ typedef struct vulkan_work {
     clast_template_set *set;
     clast_topologies topologies;
     clast_gpu_buffer inputs, places, firsts, vertices, clusters, boxes, nodes, bounds;
-    clast_gpu_buffer kept, kept_nodes;             // of a tree that is fitted anew
-    clast_gpu_buffer shape;                        // of meshes: a tree of the processor's, which is kept and fitted
-    clast_gpu_buffer rotations, patterns, weights; // of patterns
+    clast_gpu_buffer kept, kept_nodes; // of a tree that is fitted anew
+    uint64_t tree_bytes;               // of the nodes of the tree in stored order, or of a mesh's that is fitted
+    clast_gpu_buffer shape;            // of meshes: a tree of the processor's, which is kept and fitted
+    clast_gpu_buffer rotations, patterns, weights;                       // of patterns
     clast_gpu_buffer templates, pairs, rest, positions, numbers, faults; // of meshes: of all copies
     uint32_t copies, side, rest_count;
     clast_gpu_buffer placement, top, scene, scratch;

@@ -32,6 +32,17 @@ static inline uint64_t clast_gpu_tree_bytes(uint32_t count)
     return (uint64_t)(count != 0 ? count : 1) * sizeof(clast_tree_node);
 }
 
+// What trees in stored order take; less.
+static inline uint64_t clast_gpu_tree_stored_bytes(uint32_t count)
+{
+    uint64_t nodes = 0;
+    uint32_t level = 1;
+    do {
+        nodes += level_nodes(count, level);
+    } while (level_nodes(count, level++) > 1);
+    return (nodes != 0 ? nodes : 1) * sizeof(clast_tree_node);
+}
+
 static inline uint64_t clast_gpu_tree_kept_bytes(uint32_t count)
 {
     return sizeof(clast_tree_kept) +

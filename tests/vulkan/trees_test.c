@@ -415,6 +415,20 @@ static void too_many_items_are_refused(void **state)
     assert_int_equal(clast_gpu_finish(commands), CLAST_ERROR_LIMIT);
 }
 
+static void trees_in_stored_order_take_what_is_told(void **state)
+{
+    (void)state;
+    const uint32_t counts[] = {0, 1, 8, 9, 64, 65, 513, 4097};
+    test_trees t = make_trees(counts, sizeof counts / sizeof *counts, make_uniform);
+    build(&t, CLAST_GPU_TREE_STORED);
+    for (uint32_t i = 1; i < t.count; i++) {
+        checker c = check_tree(&t, i);
+        assert_int_equal(clast_gpu_tree_stored_bytes(t.counts[i]), c.nodes * sizeof(clast_tree_node));
+    }
+    assert_int_equal(clast_gpu_tree_stored_bytes(0), sizeof(clast_tree_node));
+    free_trees(&t);
+}
+
 static void the_same_boxes_give_the_same_nodes(void **state)
 {
     (void)state;
@@ -531,6 +545,7 @@ int main(void)
         cmocka_unit_test(many_small_trees_are_built_together),
         cmocka_unit_test(no_items_make_no_tree),
         cmocka_unit_test(too_many_items_are_refused),
+        cmocka_unit_test(trees_in_stored_order_take_what_is_told),
         cmocka_unit_test(the_same_boxes_give_the_same_nodes),
         cmocka_unit_test(trees_are_fitted_to_boxes_that_moved),
         cmocka_unit_test(trees_of_the_processor_are_fitted),
