@@ -433,21 +433,42 @@ bool next_child(out uint at, out uint node, out bool in_cluster)
     return true;
 }
 
-// What a cluster's node leaves to do, of bits of its children: its nodes, or leaves.
-void leave_cluster(uint place, uint node, uint64_t address, uint bits)
+// What is known of a cluster's node beside its boxes: loaded before these are tested, as it takes as long to come.
+struct cluster_info
 {
+    uint counts, orders;
+    uvec4 addresses; // of vertices and pairs, where the node is not the root
+};
+
+cluster_info load_cluster(uint64_t address, uint node)
+{
+    cluster_info info;
     uint4s head = uint4s(address);
-    uint counts = node == 0u ? head.at[2].y : trace.rest >> GROUP_COUNTS;
-    uint turn = cluster_turn(uints(address + 40ul).at[node >> 1u] >> (node & 1u) * 16u);
-    uint nodes = cluster_nodes(counts), leaves = cluster_leaves(counts);
+    if (node == 0u) {
+        uvec4 counts = head.at[2];
+        info.counts = counts.y;
+        info.orders = counts.z;
+    } else {
+        info.counts = trace.rest >> GROUP_COUNTS;
+        info.orders = uints(address + 40ul).at[node >> 1u];
+        info.addresses = head.at[1];
+    }
+    return info;
+}
+
+// What a cluster's node leaves to do, of bits of its children: its nodes, or leaves.
+void leave_cluster(uint place, uint node, uint64_t address, cluster_info info, uint bits)
+{
+    uint turn = cluster_turn(info.orders >> (node & 1u) * 16u);
+    uint nodes = cluster_nodes(info.counts), leaves = cluster_leaves(info.counts);
     uint left = nodes == 1u ? leaves : node == 0u ? nodes - 1u : leaves - (node - 1u) * TREE_CHILDREN;
     bits &= (1u << min(left, 8u)) - 1u; // rays from far away may meet boxes that are inside out
-    uint group = turn_bits(bits, turn) | turn << GROUP_TURN | counts << GROUP_COUNTS;
+    uint group = turn_bits(bits, turn) | turn << GROUP_TURN | info.counts << GROUP_COUNTS;
     if (nodes > 1u && node == 0u) {
         trace.at = place;
         trace.rest = group | GROUP_CLUSTER;
     } else {
-        uvec4 addresses = head.at[1];
+        uvec4 addresses = node == 0u ? uint4s(address).at[1] : info.addresses;
         trace.vertices = load_address(addresses.xy);
         trace.pairs = load_address(addresses.zw);
         trace.leaves_at = place;
@@ -480,10 +501,14 @@ void step_node()
     uint64_t address = in_cluster ? trace.clusters + uint64_t(CLUSTER_UNIT) * at : trace.nodes + 96ul * at;
     uint4s sides = uint4s(address + (in_cluster ? CLUSTER_HEAD_BYTES + CLUSTER_NODE_BYTES * node : 16u));
     uvec4 base = uint4s(address).at[0];
+    cluster_info info;
+    if (in_cluster) {
+        info = load_cluster(address, node);
+    }
     uint bits = test_boxes(base, sides.at[0], sides.at[1], sides.at[2]);
     trace.steps += !in_cluster || node == 0u ? 1u : 0u;
     if (in_cluster) {
-        leave_cluster(at, node, address, bits);
+        leave_cluster(at, node, address, info, bits);
     } else {
         uint turn = tree_turn(base.w >> 24u);
         trace.at = at;
