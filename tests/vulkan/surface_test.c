@@ -221,7 +221,7 @@ static const clast_backend passes = {
     CLAST_FRAME_VULKAN_PASSES(DEVICE_PASS)
 #undef DEVICE_PASS
         .count = clast_vulkan_count_units,
-        .coarse = clast_vulkan_trace_coarse,
+    .coarse = clast_vulkan_trace_coarse,
     .forget = clast_vulkan_forget,
 };
 
