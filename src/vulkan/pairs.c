@@ -78,12 +78,47 @@ static void add_group(group *to, const group *from)
 
 // ------------------------------------------------------------------------------------------------------------ couples
 
+static uint32_t couple_size(const vertex_set *sets, uint8_t a, uint8_t b)
+{
+    return joined_size(&sets[a], &sets[b]);
+}
+
+// Where two couples have more in common with exchanged partners, exchanges them.
+static bool exchange(const vertex_set *sets, uint8_t first[2], uint8_t second[2])
+{
+    uint32_t now = couple_size(sets, first[0], first[1]) + couple_size(sets, second[0], second[1]);
+    for (int k = 0; k < 2; k++) {
+        uint8_t partner = second[k];
+        if (couple_size(sets, first[0], partner) + couple_size(sets, first[1], second[1 - k]) < now) {
+            second[k] = first[1];
+            first[1] = partner;
+            return true;
+        }
+    }
+    return false;
+}
+
+// Those that were put together first left little choice to the last ones: exchanges partners as long as it helps. Each time
+// there are fewer vertices in all, so it comes to an end.
+static void improve_couples(const vertex_set *sets, uint8_t couples[][2], uint32_t count)
+{
+    bool better = true;
+    while (better) {
+        better = false;
+        for (uint32_t i = 0; i + 1 < count; i++) {
+            for (uint32_t k = i + 1; k < count; k++) {
+                better = exchange(sets, couples[i], couples[k]) || better;
+            }
+        }
+    }
+}
+
 // Puts sets together two by two, those first that have the most in common. Where their number is odd, the last stays alone; the
 // couple that has the last, which may hold less than others, comes last. Gives how many couples there are.
 static uint32_t find_couples(const vertex_set *sets, uint32_t count, uint8_t couples[][2])
 {
     bool taken[CLAST_PAIRS_MOST] = {false};
-    uint32_t made = 0, last_couple = CLAST_PAIRS_MOST;
+    uint32_t made = 0, last_couple = 0;
     for (; count - 2 * made >= 2; made++) {
         uint32_t least = UINT32_MAX;
         for (uint32_t i = 0; i + 1 < count; i++) {
@@ -97,13 +132,20 @@ static uint32_t find_couples(const vertex_set *sets, uint32_t count, uint8_t cou
             }
         }
         taken[couples[made][0]] = taken[couples[made][1]] = true;
-        last_couple = couples[made][1] == count - 1 ? made : last_couple;
     }
+    improve_couples(sets, couples, made);
     if (count % 2 != 0) {
         couples[made][0] = couples[made][1] = (uint8_t)(count - 1);
         return made + 1;
     }
+    for (uint32_t i = 0; i < made; i++) {
+        last_couple = couples[i][0] == count - 1 || couples[i][1] == count - 1 ? i : last_couple;
+    }
     uint8_t last[2] = {couples[last_couple][0], couples[last_couple][1]};
+    if (last[0] == count - 1) { // what may hold less comes last
+        last[0] = last[1];
+        last[1] = (uint8_t)(count - 1);
+    }
     memmove(couples[last_couple], couples[last_couple + 1], (made - 1 - last_couple) * sizeof *couples);
     memcpy(couples[made - 1], last, sizeof last);
     return made;
