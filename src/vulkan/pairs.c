@@ -176,17 +176,17 @@ static uint32_t couple_groups(group *groups, uint32_t count)
 // where it is.
 static void halve(const vertex_set *sets, uint8_t *order, uint32_t begin, uint32_t end, uint32_t half)
 {
-    uint32_t count = end - begin, best = 0, least = UINT32_MAX;
-    for (uint32_t mask = 0; mask < 1u << (count - 1); mask++) {
-        vertex_set sides[2] = {{{0}}, {{0}}};
+    uint32_t count = end - begin, all = (1u << count) - 1, best = 0, least = UINT32_MAX;
+    vertex_set unions[1 << PLACES]; // of those whose bits are set
+    memset(&unions[0], 0, sizeof unions[0]);
+    for (uint32_t mask = 1; mask <= all; mask++) {
+        unions[mask] = join(&unions[mask & (mask - 1)], &sets[order[begin + (uint32_t)__builtin_ctz(mask)]]);
+    }
+    for (uint32_t mask = 0; mask <= all >> 1; mask++) {
         if ((uint32_t)__builtin_popcount(mask) != half) {
             continue;
         }
-        for (uint32_t i = 0; i < count; i++) {
-            vertex_set *side = &sides[(mask >> i & 1) == 0];
-            *side = join(side, &sets[order[begin + i]]);
-        }
-        uint32_t size = size_of(&sides[0]) + size_of(&sides[1]);
+        uint32_t size = size_of(&unions[mask]) + size_of(&unions[all ^ mask]);
         if (size < least) {
             least = size;
             best = mask;
