@@ -2,7 +2,8 @@
 #include "vulkan/rays.h"
 
 enum {
-    GROUP = 64,
+    GROUP = 128,
+    PAIRS = 1,
     REFILL = 8,
     STEPS = 4,
     GROUPS = 4096, // that take rays: enough to fill a large device
@@ -43,13 +44,13 @@ static void trace(clast_gpu_commands *commands, const clast_gpu_rays *rays, clas
     }
     rays_push push = {rays->scene, rays->rays, rays->to, rays->scratch != NULL ? rays->scratch->address : 0,
                       rays->count};
-    clast_gpu_call call = {.shader = shader,
-                           .constants = {group, refill, choose(tuning->steps, STEPS),
-                                         choose(tuning->pairs, incoherent ? 1 : 0), tuning->bytes},
-                           .constant_count = 5,
-                           .push = &push,
-                           .push_bytes = sizeof push,
-                           .groups = groups};
+    clast_gpu_call call = {
+        .shader = shader,
+        .constants = {group, refill, choose(tuning->steps, STEPS), choose(tuning->pairs, PAIRS), tuning->bytes},
+        .constant_count = 5,
+        .push = &push,
+        .push_bytes = sizeof push,
+        .groups = groups};
     clast_gpu_run(commands, &call);
     if (refill != 0 && shader == CLAST_SHADER_ACCEL_TRACE_CLOSEST) {
         call.shader = CLAST_SHADER_ACCEL_TRACE_FINISH;
