@@ -178,7 +178,8 @@ static clast_status live(clast_context *context, const char *folder)
     float colour[WIDTH * HEIGHT * 3];
     uint32_t ids[WIDTH * HEIGHT];
     const clast_render_output outputs[] = {{CLAST_VIEW_COLOUR, colour}, {CLAST_VIEW_CLUSTER, ids}};
-    clast_render_settings settings = {.width = WIDTH, .height = HEIGHT, .spp = 1, .bounces = 2};
+    clast_render_settings settings = {
+        .width = WIDTH, .height = HEIGHT, .spp = 1, .bounces = 2, .device = CLAST_DEVICE_CPU};
     clast_status status = clast_scene_create(context, &scene);
     status = status != CLAST_OK ? status : fill_scene(scene);
     status = status != CLAST_OK ? status : clast_renderer_create(scene, &renderer);

@@ -123,7 +123,8 @@ static clast_status draw(clast_context *context, clast_scene *scene)
     char path[256];
     float colour[WIDTH * HEIGHT * 3];
     const clast_render_output output = {CLAST_VIEW_COLOUR, colour};
-    clast_render_settings settings = {.width = WIDTH, .height = HEIGHT, .spp = 1, .bounces = 2, .env = "1,1,1"};
+    clast_render_settings settings = {
+        .width = WIDTH, .height = HEIGHT, .spp = 1, .bounces = 2, .device = CLAST_DEVICE_CPU, .env = "1,1,1"};
     clast_renderer *renderer = NULL;
     clast_status status = clast_renderer_create(scene, &renderer);
     status = status != CLAST_OK ? status : clast_render(renderer, &settings, &output, 1, NULL);
