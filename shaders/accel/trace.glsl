@@ -5,9 +5,9 @@
 // Karras, Laine, Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs, 2017). What waits is a stack of groups,
 // of which each level of a tree leaves one at most.
 //
-// Which triangle the ray passes is decided exactly by the signs of edge functions; distances on the way are rough, with a bound
-// for how far they are off. Where that leaves open which of two hits is nearer, or whether one is in the ray's range, both
-// are found exactly, with the processor's bits (exact_hit); the winner is found so in any case, at the end.
+// Which triangle the ray passes is decided exactly by the signs of edge functions, and the distances of these are found with the
+// processor's bits; the rest of a hit is found so at the end (exact_hit). What is next on the way is chosen as early as it is
+// known, so that what tells where it lies comes while triangles are tested; what is seldom needed is kept out of registers.
 //
 // A kernel may define before:
 //   TRACE_RAY()       where the ray is read whenever it is needed: clast_ray; without, it is kept
@@ -23,7 +23,15 @@
 #endif
 
 // Trees have at most 24 levels each (TREE_LEVELS of shared/tree.h), a cluster has two.
-const uint TRACE_STACK = 52u;
+const uint TRACE_STACK = 57u;
+// The stack's first places keep what is seldom needed, out of the registers.
+const uint COLD_BEST = 0u;      // cluster, triangle
+const uint COLD_PLACEMENT = 1u; // of the best, CLAST_NONE where there is none; and the one that the ray is in
+const uint COLD_ALONG = 2u;     // the shear's `along` and `along_rest`
+const uint COLD_SCALE = 3u;     // the space's `scale`
+const uint COLD_SCENE = 4u;     // its address
+const uint STACK_BEGIN = 5u;
+const uint IN_PLACEMENT = 64u; // a bit of space.octant
 
 // A group of children: `at` is a node's number or a cluster's place. The bits of `rest`:
 const uint GROUP_LEFT = 255u;     // children that are left, the next the highest
@@ -34,6 +42,9 @@ const uint GROUP_COUNTS = 16u;    // of a cluster's nodes: its counts
 // A group of leaves has beside the first two:
 const uint LEAVES_SECOND = 2048u; // the first pair of the next leaf was looked at
 const uint LEAVES_NODE = 12u;     // three bits: the leaves are eight times this and on
+
+const uint NEXT_NONE = 0xffffffffu; // there is none in this tree
+const uint NEXT_CLUSTER = 16u;      // a cluster's node
 
 const float SLACK = 1.9073486328125e-6; // 2^-19
 const float BYTES_SHIFT = 1024.0;       // what bytes that became halves have too much
@@ -46,25 +57,19 @@ struct trace_place
     uint placement, cluster, triangle;
 };
 
-bool trace_found();
-
 struct trace_state
 {
     ray_space space;
     ray_shear shear;
-    uint64_t scene;
     uint64_t nodes, clusters; // of the tree that the ray is in
-    uint placement;           // that it is in; CLAST_NONE: in the world
-    bool filtered;
     bool any;
     bool more;                // there may be more to find
-    float slack;              // how far a rough distance may be off, here
     float t;                  // of the best hit, or the ray's end
-    float t_slack;            // how far that may be off
     float limit;              // as boxes see it
-    trace_place best;         // placement: CLAST_NONE where there is none
     uint at, rest;            // the group that the ray is at
     uint height, base;        // of the stack, and where that of the placement begins
+    uint next;                // the child that comes next: NEXT_NONE, or as GROUP_ tells
+    uint next_at;
     uint leaves;              // the group of leaves that is left
     uint leaves_at;           // the place of its cluster
     uint64_t vertices, pairs; // and what it has
@@ -74,6 +79,14 @@ struct trace_state
 trace_state trace;
 uvec2 trace_stack[TRACE_STACK];
 
+bool trace_found() { return trace_stack[COLD_PLACEMENT].x != CLAST_NONE; }
+trace_place trace_best()
+{
+    uvec2 best = trace_stack[COLD_BEST];
+    return trace_place(trace_stack[COLD_PLACEMENT].x, best.x, best.y);
+}
+bool in_placement() { return (trace.space.octant & IN_PLACEMENT) != 0u; }
+
 #ifndef TRACE_RAY
 clast_ray trace_kept;
 #define TRACE_RAY() trace_kept
@@ -82,26 +95,28 @@ clast_ray trace_kept;
 
 // -------------------------------------------------------------------------------------------------------------- boxes
 
-// Bytes of a word as floats, plus BYTES_SHIFT where they went by halves: 0x6400 is 1024, and its last bits are ones.
-vec4 bytes_of(uint word)
+// A byte of a word as a float, plus BYTES_SHIFT where it went by a half: 0x6400 is 1024, and its last bits are ones.
+float byte_of(uint word, uint which)
 {
     if (TRACE_BYTES != 0u) {
-        return vec4(float(word & 255u), float(word >> 8u & 255u), float(word >> 16u & 255u), float(word >> 24u));
+        return float(word >> (8u * which) & 255u);
     }
-    vec2 even = unpackHalf2x16((word & 0x00ff00ffu) | 0x64006400u);
-    vec2 odd = unpackHalf2x16((word >> 8u & 0x00ff00ffu) | 0x64006400u);
-    return vec4(even.x, odd.x, even.y, odd.y);
+    vec2 halves = unpackHalf2x16((word >> (8u * (which & 1u)) & 0x00ff00ffu) | 0x64006400u);
+    return which < 2u ? halves.x : halves.y;
 }
 
-// Four boxes: bits of those that the ray meets.
+// Four boxes, one after the other, which takes fewest registers: bits of those that the ray meets.
 uint test_four(uvec3 near_sides, uvec3 far_sides, vec3 step, vec3 near, vec3 far)
 {
-    vec4 enter = max(max(bytes_of(near_sides.x) * step.x + near.x, bytes_of(near_sides.y) * step.y + near.y),
-                     max(bytes_of(near_sides.z) * step.z + near.z, vec4(trace.space.t_min)));
-    vec4 leave = min(min(bytes_of(far_sides.x) * step.x + far.x, bytes_of(far_sides.y) * step.y + far.y),
-                     min(bytes_of(far_sides.z) * step.z + far.z, vec4(trace.limit)));
-    return (enter.x <= leave.x ? 1u : 0u) | (enter.y <= leave.y ? 2u : 0u) | (enter.z <= leave.z ? 4u : 0u) |
-           (enter.w <= leave.w ? 8u : 0u);
+    uint bits = 0u;
+    [[unroll]] for (uint i = 0u; i < 4u; i++) {
+        float enter = max(max(fma(byte_of(near_sides.x, i), step.x, near.x), fma(byte_of(near_sides.y, i), step.y, near.y)),
+                          max(fma(byte_of(near_sides.z, i), step.z, near.z), trace.space.t_min));
+        float leave = min(min(fma(byte_of(far_sides.x, i), step.x, far.x), fma(byte_of(far_sides.y, i), step.y, far.y)),
+                          min(fma(byte_of(far_sides.z, i), step.z, far.z), trace.limit));
+        bits |= enter <= leave ? 1u << i : 0u;
+    }
+    return bits;
 }
 
 // Eight boxes over a base with exponents. `x`, `y` and `z` are the words of sides[] for each axis.
@@ -151,15 +166,16 @@ uint cluster_turn(uint order)
 // The best hit's distance, as boxes see it, no less than it may be.
 void set_limit()
 {
-    float t = min(trace.t + trace.t_slack, NUMBER_MOST);
-    trace.limit = min(distance_in(trace.space, t + abs(t) * SLACK), NUMBER_MOST);
+    float t = min(trace.t, NUMBER_MOST);
+    vec2 scale = uintBitsToFloat(trace_stack[COLD_SCALE]);
+    trace.limit = min((t + abs(t) * SLACK) * scale.x * scale.y, NUMBER_MOST);
 }
 
 tame_direction tame_world(clast_ray ray) { return tame(load3(ray.direction), 0); }
 
 uint64_t placement_address(uint number)
 {
-    return load_address(scene_reference(trace.scene).of.placements) + 144ul * number;
+    return load_address(scene_reference(load_address(trace_stack[COLD_SCENE])).of.placements) + 144ul * number;
 }
 
 // Goes into a placement's tree, at its root. False where nothing can be hit there.
@@ -172,14 +188,14 @@ bool enter(uint number)
         return false;
     }
     placements from = placements(address);
-    trace.placement = number;
-    trace.filtered = (from.at[0].flags & PLACEMENT_FILTERED) != 0u;
+    trace_stack[COLD_PLACEMENT].y = number;
     trace.nodes = load_address(from.at[0].nodes);
     trace.clusters = load_address(from.at[0].clusters);
     trace.space = make_space(object.origin, object.tamed, object.reach, object.reach * PAD_OBJECT, ray.t_min);
+    trace.space.octant |= IN_PLACEMENT;
     trace.shear = make_shear(object.origin, object.tamed, object.reach);
-    trace.slack = min(abs(trace.shear.along) * (object.reach * trace.shear.ray.scale) * trace.shear.along_rest * SLACK,
-                      NUMBER_MOST);
+    trace_stack[COLD_ALONG] = floatBitsToUint(vec2(trace.shear.along, trace.shear.along_rest));
+    trace_stack[COLD_SCALE] = floatBitsToUint(trace.space.scale);
     trace.base = trace.height;
     set_limit();
     return true;
@@ -189,14 +205,14 @@ bool enter(uint number)
 void enter_world()
 {
     clast_ray ray = TRACE_RAY();
-    clast_device_scene scene = scene_reference(trace.scene).of;
+    clast_device_scene scene = scene_reference(load_address(trace_stack[COLD_SCENE])).of;
     vec3 origin = load3(ray.origin);
     float reach = reach_of(origin, scene.box);
     float pad = min(min(reach * PAD_WORLD, BOX_COORDINATE_MOST) * scene.spread, BOX_COORDINATE_MOST);
-    trace.placement = CLAST_NONE;
     trace.nodes = load_address(scene.nodes);
     trace.space = make_space(origin, tame_world(ray), reach, pad, ray.t_min);
-    trace.base = 0u;
+    trace_stack[COLD_SCALE] = floatBitsToUint(trace.space.scale);
+    trace.base = STACK_BEGIN;
     set_limit();
 }
 
@@ -205,7 +221,6 @@ void enter_world()
 // A triangle as the ray hits it, to the bit.
 struct exact_hit
 {
-    bool there;
     float t, u, v;
     vec3 corners[3];
     uint instance, cluster, triangle;
@@ -245,8 +260,6 @@ exact_hit find_exactly(trace_place place)
     vec3 b = watertight_vertex(shear.ray, hit.corners[1]);
     vec3 c = watertight_vertex(shear.ray, hit.corners[2]);
     clast_watertight_edges edges = watertight_edges(a, b, c);
-    hit.there = is_sound3(hit.corners[0]) && is_sound3(hit.corners[1]) && is_sound3(hit.corners[2]) &&
-                watertight_passes(edges);
     precise float t = exact_divide(edges.depth, edges.sum) * shear.along * shear.along_rest;
     hit.t = t;
     hit.u = exact_divide(edges.b, edges.sum);
@@ -257,73 +270,64 @@ exact_hit find_exactly(trace_place place)
     return hit;
 }
 
+// What decides between hits at one distance: the numbers of the instance, the cluster and the triangle.
+uvec4 tie_of(trace_place place)
+{
+    uint64_t address = placement_address(place.placement);
+    placements from = placements(address);
+    uint4s head = uint4s(load_address(from.at[0].clusters) + uint64_t(CLUSTER_UNIT) * place.cluster);
+    clast_pair pair = trace_pairs(load_address(head.at[1].zw)).at[place.triangle >> 1u];
+    return uvec4(from.at[0].id, head.at[2].x, triangle_of(pair, place.triangle & 1u) >> 24u, place.placement);
+}
+
 // Whether a hit at the distance of the best takes its place.
-bool wins_tie(exact_hit hit, exact_hit best)
+bool wins_tie(trace_place place)
 {
-    if (hit.instance != best.instance) {
-        return hit.instance < best.instance;
+    uvec4 keys[2];
+    [[dont_unroll]] for (uint i = 0u; i < 2u; i++) {
+        keys[i] = tie_of(i == 0u ? trace_best() : place);
     }
-    if (hit.cluster != best.cluster) {
-        return hit.cluster < best.cluster;
-    }
-    return hit.triangle != best.triangle ? hit.triangle < best.triangle : trace.placement < trace.best.placement;
-}
-
-// Whether a triangle becomes the best hit; then its distance is exact.
-bool resolve(trace_place place, out float t)
-{
-    exact_hit hit, best;
-    bool has_best = trace_found();
-    [[dont_unroll]] for (uint i = has_best ? 0u : 1u; i < 2u; i++) {
-        exact_hit found = find_exactly(i == 0u ? trace.best : place);
-        if (i == 0u) {
-            best = found;
+    [[unroll]] for (uint k = 0u; k < 4u; k++) {
+        if (keys[0][k] != keys[1][k]) {
+            return keys[1][k] < keys[0][k];
         }
-        hit = found;
     }
-    t = hit.t;
-    if (has_best) {
-        trace.t = best.t;
-        trace.t_slack = 0.0;
-    }
-    if (!hit.there || !(hit.t >= TRACE_RAY().t_min && hit.t <= trace.t) ||
-        (has_best && hit.t == best.t && !wins_tie(hit, best))) {
-        return false;
-    }
-#ifdef TRACE_FILTER
-    if (trace.filtered) {
-        clast_hit put;
-        put.t = hit.t;
-        put.barycentrics = store2(vec2(hit.u, hit.v));
-        put.normal = store3(vec3(0.0));
-        put.instance = hit.instance;
-        put.cluster = hit.cluster;
-        put.triangle = hit.triangle;
-        put.steps = 0u;
-        return TRACE_FILTER(put);
-    }
-#endif
-    return true;
+    return false;
 }
 
-// A triangle that the ray passes, at a rough distance; or may pass, where it is `unsure`.
-void consider(uint triangle, float t, bool unsure)
+// A triangle that the ray passes, with its edge functions, the depths of its corners, both in the order of its corners.
+void consider(uint triangle, vec3 edges, vec3 depths)
 {
-    float open = trace.slack + trace.t_slack, least = TRACE_RAY().t_min;
-    if (!unsure && (t > trace.t + open || t < least - trace.slack)) {
+    precise float sum = (edges.x + edges.y) + edges.z;
+    precise float depth = (edges.x * depths.x + edges.y * depths.y) + edges.z * depths.z;
+    vec2 along = uintBitsToFloat(trace_stack[COLD_ALONG]);
+    precise float t = exact_divide(depth, sum) * along.x * along.y;
+    if (!(t >= TRACE_RAY().t_min && t <= trace.t)) {
         return;
     }
-    unsure = unsure || !(t < trace.t - open && t > least + trace.slack);
+    trace_place place = trace_place(trace_stack[COLD_PLACEMENT].y, trace.leaves_at, triangle);
+    if (t == trace.t && trace_found() && !wins_tie(place)) {
+        return;
+    }
 #ifdef TRACE_FILTER
-    unsure = unsure || trace.filtered;
-#endif
-    trace_place place = trace_place(trace.placement, trace.leaves_at, triangle);
-    if (unsure && !resolve(place, t)) {
-        return;
+    if ((placements(placement_address(place.placement)).at[0].flags & PLACEMENT_FILTERED) != 0u) {
+        uvec4 key = tie_of(place);
+        clast_hit put;
+        put.t = t;
+        put.barycentrics = store2(vec2(exact_divide(edges.y, sum), exact_divide(edges.z, sum)));
+        put.normal = store3(vec3(0.0));
+        put.instance = key.x;
+        put.cluster = key.y;
+        put.triangle = key.z;
+        put.steps = 0u;
+        if (!TRACE_FILTER(put)) {
+            return;
+        }
     }
-    trace.best = place;
+#endif
+    trace_stack[COLD_BEST] = uvec2(place.cluster, place.triangle);
+    trace_stack[COLD_PLACEMENT].x = place.placement;
     trace.t = t;
-    trace.t_slack = unsure ? 0.0 : trace.slack;
     trace.more = !trace.any;
     set_limit();
 }
@@ -360,6 +364,16 @@ uint passes(vec3 edges)
     return zero ? 2u : same ? 1u : 0u;
 }
 
+// Whether all corners of a triangle are numbers that boxes can hold.
+bool is_sound_triangle(uint triangle)
+{
+    bool sound = true;
+    for (uint k = 0u; k < 3u; k++) {
+        sound = sound && is_sound3(load3(positions3(trace.vertices).at[pair_corner(triangle, k)]));
+    }
+    return sound;
+}
+
 // The next pair of the group of leaves.
 void step_pair()
 {
@@ -384,18 +398,27 @@ void step_pair()
         p = shear_vertex(pair_corner(pair.second, 0u), axes, moved);
         q = shear_vertex(pair_corner(pair.second, 1u), axes, moved);
     }
-    vec3 edges = rough_edges(a, b, c), depths = vec3(a.z, b.z, c.z);
-    vec3 second_edges = rough_edges(p, q, d);
-    uint first_passes = unsound ? 2u : passes(edges);
-    uint second_passes = pair_is_lone(pair) ? 0u : unsound ? 2u : passes(second_edges);
+    bool fan = pair_is_fan(pair);
+    uint first_passes = unsound ? 2u : passes(rough_edges(a, b, c));
+    uint second_passes = pair_is_lone(pair) ? 0u : unsound ? 2u : passes(rough_edges(p, q, d));
     [[dont_unroll]] for (uint i = first_passes != 0u ? 0u : 1u; i < (second_passes != 0u ? 2u : 1u) && trace.more; i++) {
         if (i == 1u) {
-            edges = second_edges;
-            depths = vec3(p.z, q.z, d.z);
+            a = p;
+            b = q;
+            c = d;
         }
-        float depth = edges.x * depths.x + edges.y * depths.y + edges.z * depths.z;
-        float t = depth / (edges.x + edges.y + edges.z) * trace.shear.along * trace.shear.along_rest;
-        consider(2u * number + i, t, (i == 0u ? first_passes : second_passes) == 2u);
+        uint turn = !fan ? 0u : i == 1u ? pair_second_turn(pair) : pair_first_turn(pair);
+        vec3 edges = rough_edges(a, b, c), depths = vec3(a.z, b.z, c.z);
+        if ((i == 0u ? first_passes : second_passes) == 2u) {
+            clast_watertight_edges exact = watertight_edges(a, b, c);
+            edges = vec3(exact.a, exact.b, exact.c);
+            if (!watertight_passes(exact) || (unsound && !is_sound_triangle(triangle_of(pair, i)))) {
+                continue;
+            }
+        }
+        edges = turn == 0u ? edges : turn == 1u ? edges.yzx : edges.zxy;
+        depths = turn == 0u ? depths : turn == 1u ? depths.yzx : depths.zxy;
+        consider(2u * number + i, edges, depths);
     }
 }
 
@@ -403,15 +426,14 @@ void step_pair()
 
 bool has_leaves() { return (trace.leaves & GROUP_LEFT) != 0u; }
 
-// Takes the next child: a cluster's node, or `at` alone tells which. The rest of its group waits. False where there is none.
-bool next_child(out uint at, out uint node, out bool in_cluster)
+// Chooses the next child, as early as it is known: what tells where it is begins to be loaded while triangles are tested. The rest of
+// its group waits.
+void advance()
 {
     if ((trace.rest & GROUP_LEFT) == 0u) {
-        if (trace.height == 0u) {
-            return false;
-        }
         if (trace.height == trace.base) {
-            enter_world();
+            trace.next = NEXT_NONE;
+            return;
         }
         trace.height--;
         trace.at = trace_stack[trace.height].x;
@@ -420,17 +442,15 @@ bool next_child(out uint at, out uint node, out bool in_cluster)
     uint bit = uint(findMSB(trace.rest & GROUP_LEFT));
     uint child = bit ^ (trace.rest >> GROUP_TURN & 7u);
     trace.rest &= ~(1u << bit);
-    at = trace.at;
-    node = child + 1u;
-    in_cluster = (trace.rest & GROUP_CLUSTER) != 0u;
+    trace.next = child + 1u | ((trace.rest & GROUP_CLUSTER) != 0u ? NEXT_CLUSTER : 0u);
+    trace.next_at = trace.at;
     if ((trace.rest & (GROUP_CLUSTER | GROUP_START)) == 0u) {
-        at = uints(trace.nodes + 96ul * at + 64ul).at[child];
+        trace.next_at = uints(trace.nodes + 96ul * trace.at + 64ul).at[child];
     }
     if ((trace.rest & GROUP_LEFT) != 0u) {
         trace_stack[trace.height] = uvec2(trace.at, trace.rest);
         trace.height++;
     }
-    return true;
 }
 
 // What is known of a cluster's node beside its boxes: loaded before these are tested, as it takes as long to come.
@@ -480,19 +500,25 @@ void leave_cluster(uint place, uint node, uint64_t address, cluster_info info, u
 // Goes to the next node, and finds which of its children the ray meets.
 void step_node()
 {
-    uint at, node; // of a cluster: its place, and which of its nodes; else the node's number
-    bool in_cluster;
-    if (!next_child(at, node, in_cluster)) {
-        trace.more = false;
+    if (trace.next == NEXT_NONE) {
+        trace.more = trace.height != STACK_BEGIN;
+        if (trace.more) {
+            enter_world();
+            trace.rest = 0u;
+            advance();
+        }
         return;
     }
+    uint at = trace.next_at, node = trace.next & 15u; // of a cluster: its place, and which of its nodes; else the node's number
+    bool in_cluster = (trace.next & NEXT_CLUSTER) != 0u;
     if ((at & CHILD_ITEM) != 0u) {
         at &= ~CHILD_ITEM;
-        in_cluster = trace.placement != CLAST_NONE;
+        in_cluster = in_placement();
         node = 0u;
         if (!in_cluster) {
             if (!enter(at)) {
                 trace.rest = 0u;
+                advance();
                 return;
             }
             at = 0u;
@@ -514,6 +540,7 @@ void step_node()
         trace.at = at;
         trace.rest = turn_bits(bits, turn) | turn << GROUP_TURN;
     }
+    advance();
 }
 
 // ---------------------------------------------------------------------------------------------------------------- use
@@ -524,15 +551,14 @@ void begin_trace(uint64_t scene, clast_ray ray, bool any)
 #ifdef TRACE_KEEPS
     trace_kept = ray;
 #endif
-    trace.scene = scene;
+    trace_stack[COLD_SCENE] = store_address(scene);
     trace.any = any;
     trace.t = ray.t_max <= NUMBER_MOST ? ray.t_max : NUMBER_MOST;
-    trace.t_slack = 0.0;
-    trace.best = trace_place(CLAST_NONE, 0u, 0u);
+    trace_stack[COLD_PLACEMENT].x = CLAST_NONE;
     trace.leaves = 0u;
-    trace.height = 0u;
-    trace.base = 0u;
-    trace.placement = CLAST_NONE;
+    trace.height = STACK_BEGIN;
+    trace.base = STACK_BEGIN;
+    trace.space.octant = 0u;
     trace.steps = 0u;
     uint count = scene_reference(scene).of.placement_count;
     trace.more = count != 0u && is_valid_ray(ray);
@@ -541,9 +567,8 @@ void begin_trace(uint64_t scene, clast_ray ray, bool any)
     if (count > 1u && trace.more) {
         enter_world();
     }
+    advance();
 }
-
-bool trace_found() { return trace.best.placement != CLAST_NONE; }
 
 // A vector scaled by a power of two so that its largest component is in [1, 2).
 precise vec3 scale_edge(vec3 edge)
@@ -594,7 +619,7 @@ clast_hit hit_at(trace_place place, float t, uint steps)
 }
 
 // What was found. `instance` is CLAST_NONE where nothing was.
-clast_hit traced_hit() { return hit_at(trace.best, trace.t, trace.steps); }
+clast_hit traced_hit() { return hit_at(trace_best(), trace.t, trace.steps); }
 
 // The nearest hit: clast_trace_closest.
 clast_hit trace_closest(uint64_t scene, clast_ray ray)

@@ -12,7 +12,7 @@ void main()
         return;
     }
     trace_ray_number = number;
-    trace.scene = push.scene;
+    trace_stack[COLD_SCENE] = store_address(push.scene);
     hits to = hits(push.to);
     trace_place place;
     place.placement = to.at[number].instance;

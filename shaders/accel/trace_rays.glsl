@@ -43,9 +43,10 @@ void store_ray()
         // Few invocations end at a time: what is costly is left to trace_finish.comp.
         hits to = hits(push.to);
         to.at[trace_ray_number].t = trace.t;
-        to.at[trace_ray_number].instance = trace.best.placement;
-        to.at[trace_ray_number].cluster = trace.best.cluster;
-        to.at[trace_ray_number].triangle = trace.best.triangle;
+        trace_place best = trace_best();
+        to.at[trace_ray_number].instance = best.placement;
+        to.at[trace_ray_number].cluster = best.cluster;
+        to.at[trace_ray_number].triangle = best.triangle;
         to.at[trace_ray_number].steps = trace.steps;
     }
 }

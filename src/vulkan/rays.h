@@ -17,7 +17,7 @@ typedef struct clast_gpu_rays_tuning {
     uint32_t group;  // invocations of a work group
     uint32_t refill; // invocations that wait before they take rays; 0: as the kind of rays suggests, UINT32_MAX: never
     uint32_t steps;  // between two looks at who waits
-    uint32_t pairs;  // of triangles that follow a node; 0: as the kind of rays suggests, UINT32_MAX: all
+    uint32_t pairs;  // of triangles that follow a node; 0: one, UINT32_MAX: all
     uint32_t bytes;  // TRACE_BYTES of shaders/accel/trace.glsl
     uint32_t groups; // work groups, where invocations take rays
 } clast_gpu_rays_tuning;

@@ -344,7 +344,7 @@ static void trace_places(const tile *tile, clast_shader shader)
     }
     clast_gpu_call call = {
         .shader = shader,
-        .constants = {PATH_TRACE_GROUP, 0, STEPS, 0, tile->filtered},
+        .constants = {PATH_TRACE_GROUP, 0, STEPS, 1, tile->filtered},
         .constant_count = 5,
         .push = &tile->push,
         .push_bytes = sizeof tile->push,
@@ -412,10 +412,9 @@ static void run_rays(tile *tile)
     if (tile->target->settings.integrator != CLAST_INTEGRATOR_AO) {
         clast_gpu_pass(tile->commands, "next rays");
         trace_list(tile, CLAST_SHADER_RENDER_NEXT, LIST_NEXT);
-        clast_gpu_barrier(tile->commands);
         if (tile->target->lights->has_sun) {
-            run_shadows(tile, LIST_SUN);
             clast_gpu_barrier(tile->commands);
+            run_shadows(tile, LIST_SUN);
         }
     }
     clast_gpu_barrier(tile->commands);
