@@ -94,20 +94,6 @@ void clast_vulkan_render_destroy(clast_vulkan_render *render)
     clast_free(clast_gpu_context(render->gpu), render);
 }
 
-uint64_t clast_vulkan_render_bytes(const clast_vulkan_render *render)
-{
-    if (render == NULL) {
-        return 0;
-    }
-    uint64_t bytes = render->paths.bytes + render->direct.bytes + render->hits.bytes + render->shadows.bytes +
-                     render->lists.bytes + render->head.bytes + render->queue.bytes + render->lights.head.bytes +
-                     render->lights.tables.bytes + render->materials.records.bytes + render->materials.tables.bytes;
-    for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
-        bytes += render->views[view].bytes;
-    }
-    return bytes;
-}
-
 // -------------------------------------------------------------------------------------------------------------- memory
 
 typedef struct view_layout {

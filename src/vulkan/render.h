@@ -16,8 +16,6 @@
 typedef struct clast_vulkan_render clast_vulkan_render;
 
 void clast_vulkan_render_destroy(clast_vulkan_render *render);
-// Bytes of the device's memory.
-uint64_t clast_vulkan_render_bytes(const clast_vulkan_render *render);
 
 // How long the kernels of the last render took on the device, by what they do.
 uint32_t clast_vulkan_render_times(const clast_vulkan_render *render, clast_gpu_time times[CLAST_GPU_TIMES]);
