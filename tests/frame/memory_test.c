@@ -2,35 +2,7 @@
 // Memory that runs out in the middle of cooking or of a frame: a clean error, nothing that dangles, and the next run makes
 // what was missing.
 #include "frame/stage.h"
-
-typedef struct shortage {
-    int64_t left; // allocations until the one that fails; negative: none does
-    uint32_t failed;
-} shortage;
-
-static void *scarce_reallocate(void *user, void *pointer, size_t old_size, size_t new_size)
-{
-    (void)old_size;
-    shortage *s = user;
-    if (new_size == 0) {
-        free(pointer);
-        return NULL;
-    }
-    if (s->left >= 0 && s->left-- == 0) {
-        s->failed++;
-        return NULL;
-    }
-    return realloc(pointer, new_size);
-}
-
-static clast_context *scarce_context(shortage *s)
-{
-    *s = (shortage){-1, 0};
-    clast_context *context;
-    clast_context_desc desc = {.memory = {scarce_reallocate, s}, .threads = 1};
-    assert_int_equal(clast_context_create(&desc, &context), CLAST_OK);
-    return context;
-}
+#include "scarce.h"
 
 static void fill_scene(stage *s)
 {

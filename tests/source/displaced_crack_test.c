@@ -182,17 +182,11 @@ static void a_sphere_is_closed_from_everywhere(void **state)
 
 static void hard_edges_and_seams_are_closed(void **state)
 {
-    float positions[24][3], normals[24][3], coordinates[24][2];
-    uint32_t indices[36], materials[12] = {0, 0, 1, 1, 2, 2, 0, 1, 1, 0, 2, 0};
-    make_box(positions, normals, coordinates, indices);
-    clast_mesh mesh = {.vertex_count = 24, .triangle_count = 12, .positions = positions[0], .normals = normals[0]};
-    mesh.coordinates[0] = coordinates[0];
-    mesh.indices = indices;
-    mesh.triangle_materials = materials;
-    mesh.material = CLAST_NONE;
+    box_mesh box;
+    box_mesh_make(&box);
     for (int i = 0; i < 4; i++) {
-        mesh.normals = i % 2 == 0 ? normals[0] : NULL;
-        kind_world world = world_of(*state, &mesh, 0.4f, i >= 2);
+        box.mesh.normals = i % 2 == 0 ? box.normals[0] : NULL;
+        kind_world world = world_of(*state, &box.mesh, 0.4f, i >= 2);
         assert_closed(look_from_many_places(&world, &at_rest, VIEWS));
         kind_close(&world);
     }
@@ -214,12 +208,7 @@ static void triangles_that_share_nothing_but_positions_are_closed(void **state)
 // A spike: its foot has few segments, its sides are split many times.
 static void split_triangles_meet_those_that_are_not_split(void **state)
 {
-    const float positions[4][3] = {{0, 0, 0}, {5, 0, 0}, {2.5f, 4.33f, 0}, {2.5f, 1.5f, 300}};
-    const float coordinates[4][2] = {{0, 0}, {1, 0}, {0, 1}, {9, 7}};
-    const uint32_t indices[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
-    clast_mesh mesh = {.vertex_count = 4, .triangle_count = 4, .positions = positions[0], .indices = indices};
-    mesh.coordinates[0] = coordinates[0];
-    mesh.material = CLAST_NONE;
+    clast_mesh mesh = spike_mesh(broad_spike);
     kind_world world = world_of(*state, &mesh, 0.5f, false);
     clast_source_view view = view_from(vec3(0, 0, 20), vec3(0, 0, 0), 100.0f);
     view.metric = CLAST_METRIC_LENGTH;
@@ -236,12 +225,7 @@ static void split_triangles_meet_those_that_are_not_split(void **state)
 // A needle, cut down to the last unit of the weights.
 static void parts_as_small_as_weights_tell_apart_are_closed(void **state)
 {
-    const float positions[4][3] = {{0, 0, 0}, {0.01f, 0, 0}, {0.005f, 0.009f, 0}, {0.005f, 0.003f, 300}};
-    const float coordinates[4][2] = {{0, 0}, {1, 0}, {0, 1}, {9, 7}};
-    const uint32_t indices[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
-    clast_mesh mesh = {.vertex_count = 4, .triangle_count = 4, .positions = positions[0], .indices = indices};
-    mesh.coordinates[0] = coordinates[0];
-    mesh.material = CLAST_NONE;
+    clast_mesh mesh = spike_mesh(needle);
     kind_world world = world_of(*state, &mesh, 0.001f, false);
     clast_source_view view = view_from(vec3(0, 0, 20), vec3(0, 0, 0), 100.0f);
     view.metric = CLAST_METRIC_LENGTH;

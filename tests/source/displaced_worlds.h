@@ -20,6 +20,22 @@ static inline float next_number(numbers *n) // -1 to 1
     return (float)(n->state >> 8) / 8388608.0f - 1.0f;
 }
 
+// A pyramid of a small foot, 300 high.
+static inline clast_mesh spike_mesh(const float positions[4][3])
+{
+    static const float coordinates[4][2] = {{0, 0}, {1, 0}, {0, 1}, {9, 7}};
+    static const uint32_t indices[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+    return (clast_mesh){.vertex_count = 4,
+                        .triangle_count = 4,
+                        .positions = positions[0],
+                        .coordinates = {coordinates[0], NULL},
+                        .indices = indices,
+                        .material = CLAST_NONE};
+}
+
+static const float broad_spike[4][3] = {{0, 0, 0}, {5, 0, 0}, {2.5f, 4.33f, 0}, {2.5f, 1.5f, 300}};
+static const float needle[4][3] = {{0, 0, 0}, {0.01f, 0, 0}, {0.005f, 0.009f, 0}, {0.005f, 0.003f, 300}};
+
 // A mesh of which nothing is shared but where its points are: each triangle has its own vertices, with normals and texture
 // coordinates at random, and one of three materials.
 typedef struct loose {
@@ -124,6 +140,28 @@ static inline void make_box(float positions[24][3], float normals[24][3], float 
             indices[6 * face + k] = 4 * face + quad[k];
         }
     }
+}
+
+// A box with hard edges, seams and three materials.
+typedef struct box_mesh {
+    clast_mesh mesh;
+    float positions[24][3], normals[24][3], coordinates[24][2];
+    uint32_t indices[36], materials[12];
+} box_mesh;
+
+static inline void box_mesh_make(box_mesh *box)
+{
+    static const uint32_t materials[12] = {0, 0, 1, 1, 2, 2, 0, 1, 1, 0, 2, 0};
+    memcpy(box->materials, materials, sizeof materials);
+    make_box(box->positions, box->normals, box->coordinates, box->indices);
+    box->mesh = (clast_mesh){.vertex_count = 24,
+                             .triangle_count = 12,
+                             .positions = box->positions[0],
+                             .normals = box->normals[0],
+                             .coordinates = {box->coordinates[0], NULL},
+                             .indices = box->indices,
+                             .triangle_materials = box->materials,
+                             .material = CLAST_NONE};
 }
 
 // -------------------------------------------------------------------------------------------------------------- views

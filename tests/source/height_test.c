@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Displacement maps: what their levels hold, how they are read, and that bounds hold all that can be read.
-#include "test.h"
+#include "scarce.h"
 
 #include <math.h>
 #include <string.h>
@@ -399,29 +399,12 @@ static void heights_that_are_no_numbers_count_as_zero(void **state)
     clast_context_destroy(context);
 }
 
-typedef struct shortage {
-    int64_t left; // allocations until the one that fails; negative: none does
-} shortage;
-
-static void *scarce_reallocate(void *user, void *pointer, size_t old_size, size_t new_size)
-{
-    (void)old_size;
-    shortage *s = user;
-    if (new_size == 0) {
-        free(pointer);
-        return NULL;
-    }
-    return s->left >= 0 && s->left-- == 0 ? NULL : realloc(pointer, new_size);
-}
-
 static void memory_that_runs_out_leaves_nothing(void **state)
 {
     (void)state;
     static const uint8_t bytes[16];
-    shortage s = {-1};
-    clast_context *context;
-    clast_context_desc desc = {.threads = 1, .memory = {scarce_reallocate, &s}};
-    assert_int_equal(clast_context_create(&desc, &context), CLAST_OK);
+    shortage s;
+    clast_context *context = scarce_context(&s);
     world w = open_image(context, (clast_image){4, 4, 1, CLAST_PIXEL_UNORM8, bytes}, CLAST_WRAP_CLAMP,
                          CLAST_WRAP_CLAMP);
     clast_height_release(w.store, w.height);

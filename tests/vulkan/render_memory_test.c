@@ -3,29 +3,10 @@
 // the same picture.
 #include "render/picture.h"
 
+#include "scarce.h"
 #include "vulkan/render.h"
 
 enum { SIZE = 24 };
-
-typedef struct shortage {
-    int64_t left; // allocations until the one that fails; negative: none does
-    uint32_t failed;
-} shortage;
-
-static void *scarce_reallocate(void *user, void *pointer, size_t old_size, size_t new_size)
-{
-    (void)old_size;
-    shortage *s = user;
-    if (new_size == 0) {
-        free(pointer);
-        return NULL;
-    }
-    if (s->left >= 0 && s->left-- == 0) {
-        s->failed++;
-        return NULL;
-    }
-    return realloc(pointer, new_size);
-}
 
 static shortage scarce = {-1, 0};
 static clast_context *context;
