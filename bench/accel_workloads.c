@@ -9,14 +9,6 @@
 
 enum { MOVE_GRAIN = 4096 };
 
-void bench_check(clast_status status, const clast_context *context)
-{
-    if (status != CLAST_OK) {
-        fprintf(stderr, "%s\n", context != NULL ? clast_context_error(context) : clast_status_text(status));
-        exit(1);
-    }
-}
-
 void *bench_allocate(size_t count, size_t size)
 {
     size_t bytes = (count + 1) * size, page = (size_t)1 << 21;

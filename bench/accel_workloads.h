@@ -46,8 +46,6 @@ void workload_wave(clast_context *context, const workload *w, float phase, float
 // And with every second part twisted, one end against the other, by `turn` half turns.
 void workload_twist(clast_context *context, const workload *w, float turn, float *moved);
 
-// Ends the program where a call failed.
-void bench_check(clast_status status, const clast_context *context);
 // Zeroed, with an element to spare, in large pages where there are; free with free.
 void *bench_allocate(size_t count, size_t size);
 

@@ -12,6 +12,14 @@
 
 static bool processor_time; // --cpu-time
 
+void bench_check(clast_status status, const clast_context *context)
+{
+    if (status != CLAST_OK) {
+        fprintf(stderr, "%s\n", context != NULL ? clast_context_error(context) : clast_status_text(status));
+        exit(1);
+    }
+}
+
 static void usage(const char *name)
 {
     fprintf(
@@ -185,7 +193,7 @@ static int compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double median_of(double *values, uint32_t count)
+double bench_median(double *values, uint32_t count)
 {
     qsort(values, count, sizeof *values, compare_doubles);
     return values[count / 2];
@@ -198,5 +206,5 @@ bench_pair bench_alternate(const bench *b, bench_function clast, bench_function 
         ours[i] = clast(data);
         theirs[i] = peer(data);
     }
-    return (bench_pair){median_of(ours, b->options.repetitions), median_of(theirs, b->options.repetitions)};
+    return (bench_pair){bench_median(ours, b->options.repetitions), bench_median(theirs, b->options.repetitions)};
 }

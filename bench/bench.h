@@ -10,6 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "clast/context.h"
+
 enum { BENCH_REPETITIONS_MOST = 31, BENCH_NAME_SIZE = 64 };
 
 // --json, --quick, --threads N (0: each of 1 and 2), --triangles N (0: the benchmark's own sizes), --only TEXT (workloads
@@ -53,12 +55,17 @@ void bench_add(bench *b, bench_row row);
 // Prints the object where --json is given, frees all, and gives the exit status.
 int bench_end(bench *b);
 
+// Ends the program where a call failed. `context` may be null.
+void bench_check(clast_status status, const clast_context *context);
+
 // Whether a workload is to be measured.
 bool bench_wants(const bench *b, const char *workload);
 // Whether a metric is.
 bool bench_measures(const bench *b, const char *metric);
 
 double bench_seconds(void);
+// Sorts the values.
+double bench_median(double *values, uint32_t count);
 
 // Runs `clast` and `peer` in turns and gives the medians of what they return (seconds, or any figure).
 typedef double (*bench_function)(void *data);

@@ -34,14 +34,6 @@ typedef struct figures {
     double fill, area;
 } figures;
 
-static void check(clast_status status, clast_context *context)
-{
-    if (status != CLAST_OK) {
-        fprintf(stderr, "%s\n", clast_context_error(context));
-        exit(1);
-    }
-}
-
 // ---------------------------------------------------------------------------------------------------------------- meshes
 
 static float height_at(float x, float y)
@@ -141,7 +133,8 @@ static double weld_ours(void *data)
     job *j = data;
     size_t unique;
     double before = bench_seconds();
-    check(clast_weld_positions(j->context, j->apart.positions, j->apart.vertex_count, j->remap, &unique), j->context);
+    bench_check(clast_weld_positions(j->context, j->apart.positions, j->apart.vertex_count, j->remap, &unique),
+                j->context);
     return bench_seconds() - before;
 }
 
@@ -151,7 +144,7 @@ static double cut_ours(job *j, figures *f)
     clast_clusterize_desc desc = {m->positions, m->vertex_count, m->indices, m->triangle_count, LIMIT, LIMIT};
     clast_clusters c;
     double before = bench_seconds();
-    check(clast_clusterize(j->context, &desc, &c), j->context);
+    bench_check(clast_clusterize(j->context, &desc, &c), j->context);
     double seconds = bench_seconds() - before;
     if (f != NULL) {
         *f = (figures){0.0, 0.0};
@@ -184,11 +177,11 @@ static double cook_ours(void *data)
         .indices = j->apart.indices,
         .material = CLAST_NONE,
     };
-    check(clast_scene_create(j->context, &scene), j->context);
-    check(clast_scene_add_mesh(scene, &m, "mesh", &geometry), j->context);
-    check(clast_cooked_create(j->context, &cooked), j->context);
+    bench_check(clast_scene_create(j->context, &scene), j->context);
+    bench_check(clast_scene_add_mesh(scene, &m, "mesh", &geometry), j->context);
+    bench_check(clast_cooked_create(j->context, &cooked), j->context);
     double before = bench_seconds();
-    check(clast_cooked_update(cooked, scene), j->context);
+    bench_check(clast_cooked_update(cooked, scene), j->context);
     double seconds = bench_seconds() - before;
     clast_cooked_destroy(cooked);
     clast_scene_destroy(scene);
@@ -269,7 +262,7 @@ static void measure(bench *b, job *j, const char *name, uint32_t threads)
     bench_row row = {.triangles = j->shared.triangle_count, .threads = threads, .peer = "meshoptimizer"};
     snprintf(row.workload, sizeof row.workload, "%s", name);
     double triangles = j->shared.triangle_count;
-    check(clast_context_create(&(clast_context_desc){.threads = threads}, &j->context), NULL);
+    bench_check(clast_context_create(&(clast_context_desc){.threads = threads}, &j->context), NULL);
     add_speed(b, row, "weld", "Mvertices/s", 3.0 * triangles, bench_alternate(b, weld_ours, weld_theirs, j));
     add_speed(b, row, "clusterize", "Mtri/s", triangles, bench_alternate(b, clusterize_ours, clusterize_theirs, j));
     add_speed(b, row, "cook", "Mtri/s", triangles, bench_alternate(b, cook_ours, cook_theirs, j));

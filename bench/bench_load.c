@@ -26,14 +26,6 @@ typedef struct job {
     double kept, peak; // bytes
 } job;
 
-static void check(clast_status status, clast_context *context)
-{
-    if (status != CLAST_OK) {
-        fprintf(stderr, "%s\n", clast_context_error(context));
-        exit(1);
-    }
-}
-
 // ---------------------------------------------------------------------------------------------------------------- files
 
 static float height_at(uint32_t x, uint32_t y)
@@ -118,7 +110,7 @@ static double load_clast(void *data)
     job *j = data;
     clast_scene *scene;
     double before = bench_seconds();
-    check(clast_scene_load(j->context, j->path, &scene), j->context);
+    bench_check(clast_scene_load(j->context, j->path, &scene), j->context);
     double seconds = bench_seconds() - before;
     j->kept = (double)clast_context_memory(j->context);
     j->peak = (double)clast_context_memory_peak(j->context);

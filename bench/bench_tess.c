@@ -60,42 +60,11 @@ typedef struct tess_job {
 static void make_scene(tess_job *j)
 {
     clast_context *context = j->accel.context;
-    const tess_ground *g = &j->ground;
-    uint32_t image, texture, material, geometry, instance;
-    bench_check(clast_scene_create(context, &j->scene), context);
-    clast_image map = {TESS_MAP_SIDE, TESS_MAP_SIDE, 1, CLAST_PIXEL_UNORM16, g->map};
-    bench_check(clast_scene_add_image(j->scene, &map, NULL, &image), context);
-    clast_texture use = {.image = image};
-    bench_check(clast_scene_add_texture(j->scene, &use, &texture), context);
-    clast_material_desc ground = clast_material_defaults();
-    ground.displacement_texture.texture = texture;
-    ground.displacement_scale = g->height_scale * 65535.0f;
-    bench_check(clast_scene_add_material(j->scene, &ground, NULL, &material), context);
-    clast_mesh base = {.vertex_count = g->base.vertex_count,
-                       .triangle_count = g->base.triangle_count,
-                       .positions = g->base.positions,
-                       .coordinates = {g->coordinates},
-                       .indices = g->base.indices,
-                       .material = material};
-    bench_check(clast_scene_add_mesh(j->scene, &base, NULL, &geometry), context);
-    bench_check(clast_scene_set_tessellation(j->scene, geometry, &(clast_tessellation){0}), context);
-    bench_check(clast_scene_add_instance(j->scene, geometry, NULL, NULL, &instance), context);
+    j->scene = tess_ground_scene(&j->ground, context);
     bench_check(clast_cooked_create(context, &j->cooked), context);
     bench_check(clast_cooked_update(j->cooked, j->scene), context);
     bench_check(clast_frame_create(j->scene, j->cooked, &j->frame), context);
-    clast_camera_desc desc = {.position = {4, -4, 6}, .target = {4, 4, 0}, .up = {0, 0, 1}, .vertical_angle = 0.9f};
-    clast_camera camera = clast_camera_record(&desc, 1920, 1080);
-    j->frame->settings = (clast_frame_settings){.camera = camera,
-                                                .camera_number = CLAST_NONE,
-                                                .rate_camera = camera,
-                                                .rate_camera_number = CLAST_NONE,
-                                                .width = 1920,
-                                                .height = 1080,
-                                                .metric = CLAST_METRIC_LENGTH,
-                                                .rate = 1.0,
-                                                .segment = j->segment,
-                                                .hidden_fraction = 1.0,
-                                                .displacement_scale = 1.0};
+    j->frame->settings = tess_ground_settings(j->segment);
 }
 
 static void run_frame(tess_job *j)

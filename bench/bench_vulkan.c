@@ -22,6 +22,7 @@
 //
 // A driver that has no such structures leaves the rows without a peer. --quick leaves out 32 M triangles, and takes fewer turns.
 // Drivers that are programs on the processor count with --triangles only: what they take for millions is of no interest.
+#include "vulkan_open.h"
 #include "vulkan_rays.h"
 
 #include <stdio.h>
@@ -393,34 +394,16 @@ static void measure_all(bench *b, vulkan_device *device)
     }
 }
 
-static void log_line(void *user, clast_log_level level, const char *text)
-{
-    (void)user;
-    if (level == CLAST_LOG_WARNING) {
-        fprintf(stderr, "%s\n", text);
-    }
-}
-
 int main(int count, char **arguments)
 {
     bench b;
     bench_begin(&b, "vulkan", count, arguments);
     b.options.repetitions = b.options.quick ? TURNS_QUICK : TURNS;
     vulkan_device device = {0};
-    clast_context_desc desc = {.threads = b.options.threads, .log = {log_line, NULL}};
-    if (clast_context_create(&desc, &device.context) != CLAST_OK) {
-        fprintf(stderr, "no context\n");
-        return 1;
-    }
-    clast_gpu_desc wanted = {.software = b.options.triangles != 0, .hardware = true, .ray_tracing = true};
-    if (clast_gpu_create(device.context, &wanted, &device.gpu) != CLAST_OK) {
-        fprintf(stderr, "skipped: %s\n", clast_context_error(device.context));
-        clast_context_destroy(device.context);
-        bench_end(&b);
-        return 77;
+    if (!vulkan_open(&b, true, &device.context, &device.gpu)) {
+        return BENCH_NO_DEVICE;
     }
     const clast_gpu_features *features = clast_gpu_features_of(device.gpu);
-    snprintf(b.machine, sizeof b.machine, "%s, %s", features->name, features->driver);
     vulkan_check(&device, clast_gpu_trees_create(device.gpu, &device.trees));
     if (features->ray_tracing) {
         vulkan_check(&device, clast_driver_create(device.gpu, &(clast_driver_desc){.filter = CLAST_SHADER_COUNT_},
@@ -431,7 +414,6 @@ int main(int count, char **arguments)
     measure_all(&b, &device);
     clast_driver_destroy(device.driver);
     clast_gpu_trees_destroy(device.trees);
-    clast_gpu_destroy(device.gpu);
-    clast_context_destroy(device.context);
+    vulkan_close(device.context, device.gpu);
     return bench_end(&b);
 }

@@ -13,8 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bench.h"
 #include "clast/clast.h"
+#include "vulkan_open.h"
 #include "vulkan/frame_state.h"
 #include "vulkan/render.h"
 
@@ -30,14 +30,6 @@ typedef struct picture_work {
     float *pixels;
 } picture_work;
 
-static void check(clast_status status, const clast_context *context)
-{
-    if (status != CLAST_OK) {
-        fprintf(stderr, "%s\n", context != NULL ? clast_context_error(context) : clast_status_text(status));
-        exit(1);
-    }
-}
-
 // A sheet whose tiles have all the triangles that a tile can have.
 static void make_scene(picture_work *w, uint32_t triangles)
 {
@@ -45,20 +37,20 @@ static void make_scene(picture_work *w, uint32_t triangles)
     while (tiles < 1024 && tiles * tiles * TILE_TRIANGLES < triangles) {
         tiles++;
     }
-    check(clast_scene_create(w->context, &w->scene), w->context);
+    bench_check(clast_scene_create(w->context, &w->scene), w->context);
     clast_material_desc grey = clast_material_defaults();
     grey.roughness = 0.6f;
-    check(clast_scene_add_material(w->scene, &grey, NULL, &material), w->context);
+    bench_check(clast_scene_add_material(w->scene, &grey, NULL, &material), w->context);
     clast_wave wave = {
         .size = 40.0f, .tiles = tiles, .amplitude = 1.5f, .wavelength = 6.0f, .speed = 0.5f, .material = material};
-    check(clast_scene_add_wave(w->scene, &wave, NULL, &geometry), w->context);
-    check(clast_scene_add_instance(w->scene, geometry, NULL, NULL, &instance), w->context);
+    bench_check(clast_scene_add_wave(w->scene, &wave, NULL, &geometry), w->context);
+    bench_check(clast_scene_add_instance(w->scene, geometry, NULL, NULL, &instance), w->context);
     clast_environment sky = {.type = CLAST_ENVIRONMENT_SKY, .sun_direction = {0.5f, 0.4f, 0.3f}};
-    check(clast_scene_set_environment(w->scene, &sky), w->context);
-    check(clast_cooked_create(w->context, &w->cooked), w->context);
-    check(clast_cooked_update(w->cooked, w->scene), w->context);
-    check(clast_frame_create(w->scene, w->cooked, &w->frame), w->context);
-    check(clast_vulkan_frame_create(w->gpu, &w->device), w->context);
+    bench_check(clast_scene_set_environment(w->scene, &sky), w->context);
+    bench_check(clast_cooked_create(w->context, &w->cooked), w->context);
+    bench_check(clast_cooked_update(w->cooked, w->scene), w->context);
+    bench_check(clast_frame_create(w->scene, w->cooked, &w->frame), w->context);
+    bench_check(clast_vulkan_frame_create(w->gpu, &w->device), w->context);
     w->frame->device = w->device;
     clast_camera_desc desc = {.position = {14, 7, 14}, .target = {0, 0, 0}, .vertical_angle = 0.9f};
     clast_camera camera = clast_camera_record(&desc, WIDTH, HEIGHT);
@@ -72,7 +64,8 @@ static void make_scene(picture_work *w, uint32_t triangles)
                                                 .segment = 2.0,
                                                 .hidden_fraction = 1.0,
                                                 .displacement_scale = 1.0};
-    check(clast_frame_run(w->frame, &clast_vulkan_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL), w->context);
+    bench_check(clast_frame_run(w->frame, &clast_vulkan_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL),
+                w->context);
 }
 
 static clast_render_statistics render(picture_work *w, uint32_t samples)
@@ -81,7 +74,7 @@ static clast_render_statistics render(picture_work *w, uint32_t samples)
         .width = WIDTH, .height = HEIGHT, .spp = samples, .bounces = BOUNCES, .camera = "", .env = ""};
     clast_render_output output = {CLAST_VIEW_COLOUR, w->pixels};
     clast_render_statistics statistics;
-    check(clast_render_frame(w->frame, &clast_vulkan_backend, &settings, &output, 1, &statistics), w->context);
+    bench_check(clast_render_frame(w->frame, &clast_vulkan_backend, &settings, &output, 1, &statistics), w->context);
     return statistics;
 }
 
@@ -129,18 +122,11 @@ int main(int count, char **arguments)
 {
     bench b;
     bench_begin(&b, "vulkan_picture", count, arguments);
-    clast_context *context = NULL;
-    check(clast_context_create(&(clast_context_desc){.threads = b.options.threads}, &context), NULL);
-    clast_gpu *gpu = NULL;
-    clast_gpu_desc wanted = {.software = b.options.triangles != 0, .hardware = true};
-    if (clast_gpu_create(context, &wanted, &gpu) != CLAST_OK) {
-        fprintf(stderr, "skipped: %s\n", clast_context_error(context));
-        clast_context_destroy(context);
-        bench_end(&b);
-        return 77;
+    clast_context *context;
+    clast_gpu *gpu;
+    if (!vulkan_open(&b, false, &context, &gpu)) {
+        return BENCH_NO_DEVICE;
     }
-    const clast_gpu_features *features = clast_gpu_features_of(gpu);
-    snprintf(b.machine, sizeof b.machine, "%s, %s", features->name, features->driver);
     uint32_t sizes[] = {1000000, 8000000, 32000000}, size_count = b.options.quick ? 2 : 3;
     if (b.options.triangles != 0) {
         sizes[0] = b.options.triangles;
@@ -149,7 +135,6 @@ int main(int count, char **arguments)
     for (uint32_t i = 0; i < size_count; i++) {
         measure(&b, context, gpu, sizes[i]);
     }
-    clast_gpu_destroy(gpu);
-    clast_context_destroy(context);
+    vulkan_close(context, gpu);
     return bench_end(&b);
 }

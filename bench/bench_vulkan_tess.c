@@ -14,15 +14,9 @@
 #include <string.h>
 
 #include "clast/clast.h"
-#include "frame/backend.h"
 #include "tess_ground.h"
-#include "vulkan/frame.h"
-
-#define BACKEND_PASS(pass, function) [pass] = function,
-static const clast_backend backend = {.name = "vulkan",
-                                      .passes = {CLAST_FRAME_VULKAN_PASSES(BACKEND_PASS)},
-                                      .count = clast_vulkan_count_units,
-                                      .forget = clast_vulkan_forget};
+#include "vulkan/render.h"
+#include "vulkan_open.h"
 
 enum { FRAMES = 15, FRAMES_QUICK = 7, PASSES_MOST = 16 };
 
@@ -53,55 +47,17 @@ typedef struct tess_work {
     uint32_t pass_count;
 } tess_work;
 
-static void check(clast_status status, const clast_context *context)
-{
-    if (status != CLAST_OK) {
-        fprintf(stderr, "%s\n", context != NULL ? clast_context_error(context) : clast_status_text(status));
-        exit(1);
-    }
-}
-
 // --------------------------------------------------------------------------------------------------------------- scene
 
 static void make_scene(tess_work *w, const tess_ground *g)
 {
-    uint32_t image, texture, material, geometry, instance;
-    check(clast_scene_create(w->context, &w->scene), w->context);
-    clast_image map = {TESS_MAP_SIDE, TESS_MAP_SIDE, 1, CLAST_PIXEL_UNORM16, g->map};
-    check(clast_scene_add_image(w->scene, &map, NULL, &image), w->context);
-    clast_texture use = {.image = image};
-    check(clast_scene_add_texture(w->scene, &use, &texture), w->context);
-    clast_material_desc ground = clast_material_defaults();
-    ground.displacement_texture.texture = texture;
-    ground.displacement_scale = g->height_scale * 65535.0f;
-    check(clast_scene_add_material(w->scene, &ground, NULL, &material), w->context);
-    clast_mesh base = {.vertex_count = g->base.vertex_count,
-                       .triangle_count = g->base.triangle_count,
-                       .positions = g->base.positions,
-                       .coordinates = {g->coordinates},
-                       .indices = g->base.indices,
-                       .material = material};
-    check(clast_scene_add_mesh(w->scene, &base, NULL, &geometry), w->context);
-    check(clast_scene_set_tessellation(w->scene, geometry, &(clast_tessellation){0}), w->context);
-    check(clast_scene_add_instance(w->scene, geometry, NULL, NULL, &instance), w->context);
-    check(clast_cooked_create(w->context, &w->cooked), w->context);
-    check(clast_cooked_update(w->cooked, w->scene), w->context);
-    check(clast_frame_create(w->scene, w->cooked, &w->frame), w->context);
-    check(clast_vulkan_frame_create(w->gpu, &w->device), w->context);
+    w->scene = tess_ground_scene(g, w->context);
+    bench_check(clast_cooked_create(w->context, &w->cooked), w->context);
+    bench_check(clast_cooked_update(w->cooked, w->scene), w->context);
+    bench_check(clast_frame_create(w->scene, w->cooked, &w->frame), w->context);
+    bench_check(clast_vulkan_frame_create(w->gpu, &w->device), w->context);
     w->frame->device = w->device;
-    clast_camera_desc desc = {.position = {4, -4, 6}, .target = {4, 4, 0}, .up = {0, 0, 1}, .vertical_angle = 0.9f};
-    clast_camera camera = clast_camera_record(&desc, 1920, 1080);
-    w->frame->settings = (clast_frame_settings){.camera = camera,
-                                                .camera_number = CLAST_NONE,
-                                                .rate_camera = camera,
-                                                .rate_camera_number = CLAST_NONE,
-                                                .width = 1920,
-                                                .height = 1080,
-                                                .metric = CLAST_METRIC_LENGTH,
-                                                .rate = 1.0,
-                                                .segment = w->segment,
-                                                .hidden_fraction = 1.0,
-                                                .displacement_scale = 1.0};
+    w->frame->settings = tess_ground_settings(w->segment);
 }
 
 static void free_scene(tess_work *w)
@@ -139,29 +95,17 @@ static void run_frames(tess_work *w, uint32_t frames)
 {
     for (uint32_t i = 0; i < frames + 2; i++) {
         w->frame->settings.segment = w->segment * (1.0 + 0.004 * (double)(i % 3));
-        check(clast_frame_run(w->frame, &backend, CLAST_PASS_ANIMATE, CLAST_PASS_FIT, NULL), w->context);
+        bench_check(clast_frame_run(w->frame, &clast_vulkan_backend, CLAST_PASS_ANIMATE, CLAST_PASS_FIT, NULL),
+                    w->context);
         if (i >= 2) {
             take_times(w, i - 2);
         }
-        check(clast_frame_run(w->frame, &backend, CLAST_PASS_EMIT, CLAST_PASS_TLAS, NULL), w->context);
+        bench_check(clast_frame_run(w->frame, &clast_vulkan_backend, CLAST_PASS_EMIT, CLAST_PASS_TLAS, NULL),
+                    w->context);
         if (i >= 2) {
             take_times(w, i - 2);
         }
     }
-}
-
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(const double *values, uint32_t count)
-{
-    double sorted[FRAMES];
-    memcpy(sorted, values, count * sizeof *values);
-    qsort(sorted, count, sizeof *sorted, by_size);
-    return sorted[count / 2];
 }
 
 static void measure(bench *b, clast_context *context, clast_gpu *gpu, const tess_kind *kind, uint32_t triangles)
@@ -174,48 +118,32 @@ static void measure(bench *b, clast_context *context, clast_gpu *gpu, const tess
     double all[FRAMES] = {0};
     for (uint32_t pass = 0; pass <= w.pass_count; pass++) {
         bool sum = pass == w.pass_count;
-        const double *values = sum ? all : w.passes[pass].milliseconds;
+        double *values = sum ? all : w.passes[pass].milliseconds;
+        for (uint32_t i = 0; i < frames && !sum; i++) {
+            all[i] += values[i];
+        }
         bench_row row = {.triangles = w.frame->triangles,
                          .threads = 1,
                          .metric = sum ? "all" : w.passes[pass].name,
                          .unit = "ms",
                          .less_is_better = true,
-                         .clast = median(values, frames)};
+                         .clast = bench_median(values, frames)};
         snprintf(row.workload, sizeof row.workload, "%s", kind->name);
         bench_add(b, row);
-        for (uint32_t i = 0; i < frames && !sum; i++) {
-            all[i] += values[i];
-        }
     }
     free_scene(&w);
     tess_ground_free(&ground);
-}
-
-static void log_line(void *user, clast_log_level level, const char *text)
-{
-    (void)user;
-    if (level == CLAST_LOG_WARNING) {
-        fprintf(stderr, "%s\n", text);
-    }
 }
 
 int main(int count, char **arguments)
 {
     bench b;
     bench_begin(&b, "vulkan_tess", count, arguments);
-    clast_context *context = NULL;
-    check(clast_context_create(&(clast_context_desc){.threads = b.options.threads, .log = {log_line, NULL}}, &context),
-          NULL);
-    clast_gpu *gpu = NULL;
-    clast_gpu_desc wanted = {.software = b.options.triangles != 0, .hardware = true};
-    if (clast_gpu_create(context, &wanted, &gpu) != CLAST_OK) {
-        fprintf(stderr, "skipped: %s\n", clast_context_error(context));
-        clast_context_destroy(context);
-        bench_end(&b);
-        return 77;
+    clast_context *context;
+    clast_gpu *gpu;
+    if (!vulkan_open(&b, false, &context, &gpu)) {
+        return BENCH_NO_DEVICE;
     }
-    const clast_gpu_features *features = clast_gpu_features_of(gpu);
-    snprintf(b.machine, sizeof b.machine, "%s, %s", features->name, features->driver);
     uint32_t sizes[] = {1000000, 8000000}, size_count = 2;
     if (b.options.triangles != 0) {
         sizes[0] = b.options.triangles;
@@ -228,7 +156,6 @@ int main(int count, char **arguments)
             }
         }
     }
-    clast_gpu_destroy(gpu);
-    clast_context_destroy(context);
+    vulkan_close(context, gpu);
     return bench_end(&b);
 }

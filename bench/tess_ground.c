@@ -75,3 +75,45 @@ void tess_ground_free(tess_ground *g)
     free(g->coordinates);
     free(g->map);
 }
+
+clast_scene *tess_ground_scene(const tess_ground *g, clast_context *context)
+{
+    clast_scene *scene;
+    uint32_t image, texture, material, geometry, instance;
+    bench_check(clast_scene_create(context, &scene), context);
+    clast_image map = {TESS_MAP_SIDE, TESS_MAP_SIDE, 1, CLAST_PIXEL_UNORM16, g->map};
+    bench_check(clast_scene_add_image(scene, &map, NULL, &image), context);
+    clast_texture use = {.image = image};
+    bench_check(clast_scene_add_texture(scene, &use, &texture), context);
+    clast_material_desc ground = clast_material_defaults();
+    ground.displacement_texture.texture = texture;
+    ground.displacement_scale = g->height_scale * 65535.0f;
+    bench_check(clast_scene_add_material(scene, &ground, NULL, &material), context);
+    clast_mesh base = {.vertex_count = g->base.vertex_count,
+                       .triangle_count = g->base.triangle_count,
+                       .positions = g->base.positions,
+                       .coordinates = {g->coordinates},
+                       .indices = g->base.indices,
+                       .material = material};
+    bench_check(clast_scene_add_mesh(scene, &base, NULL, &geometry), context);
+    bench_check(clast_scene_set_tessellation(scene, geometry, &(clast_tessellation){0}), context);
+    bench_check(clast_scene_add_instance(scene, geometry, NULL, NULL, &instance), context);
+    return scene;
+}
+
+clast_frame_settings tess_ground_settings(double segment)
+{
+    clast_camera_desc desc = {.position = {4, -4, 6}, .target = {4, 4, 0}, .up = {0, 0, 1}, .vertical_angle = 0.9f};
+    clast_camera camera = clast_camera_record(&desc, 1920, 1080);
+    return (clast_frame_settings){.camera = camera,
+                                  .camera_number = CLAST_NONE,
+                                  .rate_camera = camera,
+                                  .rate_camera_number = CLAST_NONE,
+                                  .width = 1920,
+                                  .height = 1080,
+                                  .metric = CLAST_METRIC_LENGTH,
+                                  .rate = 1.0,
+                                  .segment = segment,
+                                  .hidden_fraction = 1.0,
+                                  .displacement_scale = 1.0};
+}

@@ -5,6 +5,7 @@
 
 #include "accel/meshes.h"
 #include "bench.h"
+#include "frame/frame.h"
 
 enum { TESS_MAP_BITS = 11, TESS_MAP_SIDE = 1 << TESS_MAP_BITS };
 
@@ -21,5 +22,8 @@ typedef struct tess_ground {
 
 tess_ground tess_ground_make(uint32_t base_triangles);
 void tess_ground_free(tess_ground *g);
+// A scene of it alone; and what frames of it are asked for: segments of that length, as seen from above a corner.
+clast_scene *tess_ground_scene(const tess_ground *g, clast_context *context);
+clast_frame_settings tess_ground_settings(double segment);
 
 #endif
