@@ -39,7 +39,6 @@ ARRAY_OF(float4s, vec4, 16)
 ARRAY_OF(uint64s, uint64_t, 8)
 ARRAY_OF(positions3, packed3, 4)
 ARRAY_OF(boxes, clast_box, 4)
-ARRAY_OF(transforms, clast_transform, 4)
 ARRAY_OF(cluster_records, clast_cluster_record, 4)
 
 uint64_t load_address(packed_address p) { return packUint2x32(p); }

@@ -150,15 +150,15 @@ uint turn_bits(uint bits, uint turn)
 uint tree_turn(uint order)
 {
     uint octant = trace.space.octant >> 3u;
-    return (octant >> (order & 3u) & 1u) | (octant >> (order >> 2u & 3u) & 1u) << 1u |
-           (octant >> (order >> 4u & 3u) & 1u) << 2u;
+    return (octant >> order_axis(order, 0u) & 1u) | (octant >> order_axis(order, 1u) & 1u) << 1u |
+           (octant >> order_axis(order, 2u) & 1u) << 2u;
 }
 
 uint cluster_turn(uint order)
 {
     uint octant = trace.space.octant >> 3u | (trace.space.octant & 7u) << 3u;
-    return (octant >> (order & 7u) & 1u) | (octant >> (order >> 3u & 7u) & 1u) << 1u |
-           (octant >> (order >> 6u & 7u) & 1u) << 2u;
+    return (octant >> order_side(order, 0u) & 1u) | (octant >> order_side(order, 1u) & 1u) << 1u |
+           (octant >> order_side(order, 2u) & 1u) << 2u;
 }
 
 // ------------------------------------------------------------------------------------------------------------- spaces

@@ -51,12 +51,6 @@ bool candidate_is_hidden_back(hit_surface found, vec3 normal, vec3 direction)
 }
 
 // These, of hits.
-bool hit_accepts(frame_reference frame, materials_reference all, uint instance, uint cluster, uint triangle,
-                 vec2 barycentrics)
-{
-    return candidate_accepts(surface_of_candidate(frame, all, instance, cluster, triangle, barycentrics));
-}
-
 bool hit_accepts_by_chance(frame_reference frame, materials_reference all, vec3 origin, vec3 direction, uint instance,
                            uint cluster, uint triangle, vec2 barycentrics)
 {

@@ -50,7 +50,6 @@
 // A unit, where it lies: unit.of.kind. Records of its size are not handed about.
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer unit_reference { clast_device_unit of; };
 ARRAY_OF(item_counts, clast_source_count, 4)
-ARRAY_OF(device_instances, clast_device_instance, 4)
 ARRAY_OF(device_heights, clast_device_height, 4)
 ARRAY_OF(device_spans, clast_device_span, 4)
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer frame_reference { clast_device_frame of; };

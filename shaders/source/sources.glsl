@@ -21,13 +21,6 @@ uint64_t source_resident(unit_reference unit, clast_cluster_record record)
     return 0ul;
 }
 
-// Where the vertices of a record lie.
-uint64_t source_vertices(unit_reference unit, clast_cluster_record record)
-{
-    uint64_t resident = source_resident(unit, record);
-    return resident != 0ul ? resident : load_address(unit.of.vertices) + 12ul * uint64_t(record.first_vertex);
-}
-
 clast_surface_point source_locate(unit_reference unit, clast_cluster_record record, uint64_t words, uint triangle,
                                   vec2 barycentrics)
 {

@@ -125,7 +125,7 @@ static void place_range(void *data, size_t begin, size_t end, uint32_t worker)
     (void)worker;
     place_job *job = data;
     clast_frame *frame = job->frame;
-    size_t next = clast_frame_first_attachment(frame, begin), count = 0;
+    size_t next = clast_motion_first_attachment(&frame->scene->motion, begin), count = 0;
     for (size_t i = begin; i < end; i++) {
         const clast_instance *from = &frame->scene->instances[i];
         frame->frame_instance_of[i] = CLAST_NONE;

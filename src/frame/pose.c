@@ -78,21 +78,6 @@ clast_status clast_frame_pose_scene(clast_frame *frame)
     return CLAST_OK;
 }
 
-size_t clast_frame_first_attachment(const clast_frame *frame, size_t instance)
-{
-    const clast_motion *motion = &frame->scene->motion;
-    size_t low = 0, high = motion->attachment_count;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (motion->attachments[middle].instance < instance) {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
-
 clast_transform clast_frame_place_instance(const clast_frame *frame, size_t instance, size_t *next)
 {
     const clast_motion *motion = &frame->scene->motion;

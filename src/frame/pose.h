@@ -33,9 +33,8 @@ struct clast_frame_unit;
 
 // Finds where nodes are at settings.time, and moves the frame's cameras and lights that hang from them.
 clast_status clast_frame_pose_scene(struct clast_frame *frame);
-// An instance's place at that moment. To be asked for instances of the scene in order; *next is clast_frame_first_attachment()
+// An instance's place at that moment. To be asked for instances of the scene in order; *next is clast_motion_first_attachment()
 // of the first of them.
-size_t clast_frame_first_attachment(const struct clast_frame *frame, size_t instance);
 clast_transform clast_frame_place_instance(const struct clast_frame *frame, size_t instance, size_t *next);
 // Gives the pose of a unit its vertices, where something moves them.
 clast_status clast_frame_pose_unit(struct clast_frame *frame, struct clast_frame_unit *unit);

@@ -98,6 +98,8 @@ clast_matrix clast_node_at_rest(const clast_scene_node *node);
 clast_status clast_scene_adopt_node(clast_scene *scene, const clast_scene_node *node, const char *name,
                                     uint32_t *number);
 clast_attachment *clast_scene_find_attachment(clast_scene *scene, uint32_t instance);
+// The first attachment that is not of an instance before `instance`.
+size_t clast_motion_first_attachment(const clast_motion *motion, size_t instance);
 // Where an attachment is while its node is there.
 clast_transform clast_attachment_to_world(const clast_attachment *attachment, const clast_matrix *node);
 // A camera or light at the origin of a node, along its -z.

@@ -257,8 +257,7 @@ clast_status clast_scene_set_node_weights(clast_scene *scene, uint32_t number, c
     return CLAST_OK;
 }
 
-// The first attachment that is not of an instance before `instance`.
-static size_t lower_bound(const clast_motion *motion, uint32_t instance)
+size_t clast_motion_first_attachment(const clast_motion *motion, size_t instance)
 {
     size_t low = 0, high = motion->attachment_count;
     while (low < high) {
@@ -274,7 +273,7 @@ static size_t lower_bound(const clast_motion *motion, uint32_t instance)
 
 clast_attachment *clast_scene_find_attachment(clast_scene *scene, uint32_t instance)
 {
-    size_t place = lower_bound(&scene->motion, instance);
+    size_t place = clast_motion_first_attachment(&scene->motion, instance);
     bool is_there = place < scene->motion.attachment_count && scene->motion.attachments[place].instance == instance;
     return is_there ? &scene->motion.attachments[place] : NULL;
 }
@@ -290,7 +289,7 @@ static clast_status add_attachment(clast_scene *scene, const clast_attachment *a
     clast_status status = CLAST_RESERVE(scene->context, motion->attachments, motion->attachment_capacity,
                                         motion->attachment_count + 1);
     if (status == CLAST_OK) {
-        size_t place = lower_bound(motion, added->instance);
+        size_t place = clast_motion_first_attachment(motion, added->instance);
         memmove(motion->attachments + place + 1, motion->attachments + place,
                 (motion->attachment_count - place) * sizeof *added);
         motion->attachments[place] = *added;
@@ -382,7 +381,7 @@ clast_status clast_scene_copy_instance(clast_scene *scene, size_t from, float x,
 void clast_scene_drop_instances(clast_scene *scene, size_t first)
 {
     scene->instance_count = first;
-    scene->motion.attachment_count = lower_bound(&scene->motion, (uint32_t)first);
+    scene->motion.attachment_count = clast_motion_first_attachment(&scene->motion, (uint32_t)first);
 }
 
 // --------------------------------------------------------------------------------------------- lights and cameras

@@ -184,7 +184,7 @@ typedef struct candidate {
     VkPhysicalDeviceVulkan12Properties v12;
     VkPhysicalDeviceSubgroupProperties operations;
     uint32_t queue_family, timestamp_bits;
-    bool has_ray_tracing, has_budget;
+    bool has_ray_tracing;
     clast_gpu_feature_chain features;
     char reason[REASON_BYTES]; // why it will not do; empty where it will
 } candidate;
@@ -195,9 +195,8 @@ static void lacks(candidate *c, const char *what)
     snprintf(c->reason + length, sizeof c->reason - length, "%s%s", length == 0 ? "it lacks " : ", ", what);
 }
 
-static bool device_has(clast_gpu *gpu, const VkExtensionProperties *extensions, uint32_t count, const char *name)
+static bool device_has(const VkExtensionProperties *extensions, uint32_t count, const char *name)
 {
-    (void)gpu;
     for (uint32_t i = 0; i < count; i++) {
         if (strcmp(extensions[i].extensionName, name) == 0) {
             return true;
@@ -218,10 +217,9 @@ static void look_at_extensions(clast_gpu *gpu, candidate *c)
         clast_free(gpu->context, extensions);
         return;
     }
-    c->has_budget = device_has(gpu, extensions, count, VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
     c->has_ray_tracing = true;
     for (int i = 0; i < RAY_TRACING_EXTENSIONS; i++) {
-        c->has_ray_tracing = c->has_ray_tracing && device_has(gpu, extensions, count, ray_tracing_extensions[i]);
+        c->has_ray_tracing = c->has_ray_tracing && device_has(extensions, count, ray_tracing_extensions[i]);
     }
     clast_free(gpu->context, extensions);
 }
@@ -388,7 +386,6 @@ static void take_features(clast_gpu *gpu, const candidate *c)
     to->is_discrete = properties->deviceType == VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
     to->is_integrated = properties->deviceType == VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU;
     to->ray_tracing = c->has_ray_tracing;
-    to->memory_budget = c->has_budget;
     to->timestamp_period = c->timestamp_bits != 0 ? properties->limits.timestampPeriod : 0.0f;
     uint32_t textures = c->v12.maxPerStageDescriptorUpdateAfterBindSampledImages;
     uint32_t in_set = c->v12.maxDescriptorSetUpdateAfterBindSampledImages;
@@ -417,13 +414,10 @@ static clast_status open_device(clast_gpu *gpu, candidate *c)
     chain->v13.pNext = c->has_ray_tracing ? &chain->structures : NULL;
     chain->structures.pNext = &chain->pipelines;
     take_features(gpu, c);
-    const char *extensions[RAY_TRACING_EXTENSIONS + 1];
+    const char *extensions[RAY_TRACING_EXTENSIONS];
     uint32_t extension_count = 0;
     for (int i = 0; c->has_ray_tracing && i < RAY_TRACING_EXTENSIONS; i++) {
         extensions[extension_count++] = ray_tracing_extensions[i];
-    }
-    if (c->has_budget) {
-        extensions[extension_count++] = VK_EXT_MEMORY_BUDGET_EXTENSION_NAME;
     }
     float priority = 1.0f;
     VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,

@@ -33,9 +33,8 @@ typedef struct clast_gpu_features {
     uint32_t subgroup_least, subgroup_most;
     bool subgroup_control; // a kernel can ask for its width
     bool is_software, is_discrete, is_integrated;
-    bool ray_tracing; // asked for, and there
-    bool labels;      // tools can be told names
-    bool memory_budget;
+    bool ray_tracing;       // asked for, and there
+    bool labels;            // tools can be told names
     float timestamp_period; // nanoseconds of a step of the clock; 0: it has none
     uint64_t memory;        // bytes of the largest heap of the device's own
     uint32_t textures;      // most at a time
