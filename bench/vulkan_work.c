@@ -186,12 +186,15 @@ static void run_surface(const vulkan_work *work, clast_gpu_commands *commands, b
                          .logarithms = {work->logarithms[0], work->logarithms[1]},
                          .count = work->cluster_count,
                          .time = work->time};
+    clast_gpu_lanes lanes = clast_gpu_lanes_of(work->device->gpu);
     clast_gpu_run(commands, &(clast_gpu_call){.shader = CLAST_SHADER_BENCH_SURFACE,
-                                              .constants = {work->surface, work->kind == VULKAN_PATTERNS, fits},
-                                              .constant_count = 3,
+                                              .constants = {work->surface, work->kind == VULKAN_PATTERNS, fits,
+                                                            lanes.lanes, lanes.group},
+                                              .constant_count = 5,
+                                              .subgroup = lanes.lanes,
                                               .push = &push,
                                               .push_bytes = sizeof push,
-                                              .groups = work->cluster_count});
+                                              .groups = clast_gpu_lane_groups(lanes, work->cluster_count)});
 }
 
 // The push constants of shaders/bench/move.comp.

@@ -1,16 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // SPDX-License-Identifier: Apache-2.0
-// Fits clusters whose vertices lie in memory, a work group each; where they are gathered from shared ones, copies them there
+// Fits clusters whose vertices lie in memory, a subgroup each; where they are gathered from shared ones, copies them there
 // first (vulkan/fit.h).
-#include "gpu.glsl"
-#include "shared/cluster.h"
-
-layout(local_size_x = 128) in;
-
-shared vec3 cluster_points[TEMPLATE_VERTICES];
-shared uint fit_refused;
-
+#define LANES_CONSTANT 0
+#define GROUP_CONSTANT 1
 #include "accel/fit.glsl"
 
 ARRAY_OF(fit_inputs, clast_device_cluster, 4)
@@ -32,48 +26,40 @@ push;
 // The vertices of a cluster; from shared ones, where these are used. False, for all invocations, where a number is wrong.
 bool load_points(uint first, uint count)
 {
-    uint lane = gl_LocalInvocationIndex;
-    positions3 vertices = positions3(push.vertices + 12ul * first);
+    uint64_t address = push.vertices + 12ul * first;
     if (push.positions == 0ul) {
-        for (uint i = lane; i < count; i += FIT_GROUP) {
-            cluster_points[i] = load3(vertices.at[i]);
+        for (uint i = cluster_lane(); i < 3u * count; i += LANES) {
+            cluster_floats[cluster_slot() * CLUSTER_FLOATS + i] = floats(address).at[i];
         }
-        barrier();
+        cluster_barrier();
         return true;
     }
-    uints numbers = uints(push.numbers + 4ul * first);
-    if (lane == 0u) {
-        fit_refused = 0u;
-    }
-    barrier();
-    for (uint i = lane; i < count; i += FIT_GROUP) {
-        uint number = numbers.at[i];
+    bool refused = false;
+    for (uint i = cluster_lane(); i < count; i += LANES) {
+        uint number = uints(push.numbers + 4ul * first).at[i];
         if (number < push.position_count) {
-            cluster_points[i] = load3(positions3(push.positions).at[number]);
+            set_cluster_point(i, load3(positions3(push.positions).at[number]));
         } else {
-            atomicOr(fit_refused, 1u);
+            refused = true;
         }
     }
-    barrier();
-    if (fit_refused != 0u) {
-        if (lane == 0u) {
+    cluster_barrier();
+    if (subgroupAny(refused)) {
+        if (cluster_lane() == 0u) {
             atomicOr(uints(push.faults).at[0], 1u);
         }
         return false;
     }
-    for (uint i = lane; i < count; i += FIT_GROUP) {
-        vertices.at[i] = store3(cluster_points[i]);
-    }
+    store_cluster_points(address, count);
     return true;
 }
 
 void main()
 {
-    uint group = linear_group();
-    if (group >= push.count) {
+    if (cluster_of_group() >= push.count) {
         return;
     }
-    uint number = push.first + group;
+    uint number = push.first + cluster_of_group();
     clast_device_cluster from = fit_inputs(push.inputs).at[number];
     clast_device_template topology = fit_templates(push.templates).at[from.template_number];
     if (!load_points(from.first_vertex, topology.vertices)) {
@@ -86,5 +72,7 @@ void main()
     target.box = push.boxes + 24ul * number;
     target.cluster = number;
     target.counts = topology.counts;
-    fit_cluster(target, fit_template_pair(target));
+    target.vertex_count = topology.vertices;
+    target.own_triangles = 0u;
+    fit_cluster(target);
 }

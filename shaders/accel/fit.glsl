@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits the boxes of a cluster to its vertices, and writes its head and nodes (shared/cluster.h). A work group of 128 does it
-// together, from vertices in shared memory: `cluster_points`, which the kernel declares (source/source.glsl does), and where
-// the cluster has triangles of its own, `cluster_corners`, for which it defines FIT_OWN_PAIRS.
+// Fits the boxes of a cluster to its vertices, and writes its head and nodes (shared/cluster.h). The subgroup that has the
+// cluster does it together (accel/lanes.glsl). Where it may have triangles of its own, the kernel defines FIT_OWN_PAIRS, and
+// source/source.glsl has their corners.
 //
-// An invocation has a pair of triangles: it finds the box around those that are sound, as float sides for the box of the
-// cluster, then as steps. The boxes of nodes are minima and maxima over steps.
+// An invocation has a leaf at a time: it finds the box around the sound triangles of its pairs, as floats for the box of the
+// cluster, then as steps. Quantising keeps order, so the boxes of nodes are minima and maxima over steps. Four neighbours have the
+// three axes of four leaves, or of a node.
 #ifndef CLAST_ACCEL_FIT_GLSL
 #define CLAST_ACCEL_FIT_GLSL
 
-#include "gpu.glsl"
+#include "accel/lanes.glsl"
 #include "shared/cluster.h"
 #include "shared/tree.h"
 
-const uint FIT_GROUP = 128u;
+const uint FIT_LEAVES = (CLUSTER_NODES - 1u) * TREE_CHILDREN;
+const uint FIT_ROUNDS = (FIT_LEAVES + LANES - 1u) / LANES; // leaves of an invocation at most
 const uint FIT_NODE_WORDS = 12u;
+const uint FIT_ORDER_WORDS = 5u;
 const float FIT_BEYOND = 8e37; // beyond all sound coordinates
 
 ARRAY_OF(fit_pairs, clast_pair, 8)
@@ -24,269 +27,282 @@ struct fit_target
 {
     uint64_t head;     // where the cluster begins
     uint64_t vertices; // where its vertices lie, or will lie
-    uint64_t pairs;    // of its topology; fit_own_pairs() tells for clusters that have their own
+    uint64_t pairs;    // of its topology; its own behind its nodes
     uint64_t box;      // clast_box: gets the box around all; without sound triangles, one inside out
     uint cluster;      // its number in the unit
     uint counts;       // cluster_counts()
+    uint vertex_count;
+    uint own_triangles; // 0: its pairs are its topology's
 };
 
-shared uint fit_sides[6u * FIT_GROUP]; // of subgroups: the least lower sides, and the least of the upper ones' opposites
-shared uint fit_lower[FIT_GROUP];       // of pairs: steps of x, y and z, 8 bits each
-shared uint fit_upper[FIT_GROUP];
-shared uint fit_words[CLUSTER_NODES * FIT_NODE_WORDS];
-shared uint fit_orders[CLUSTER_NODES + 1u];
-shared uint fit_unsound;
+shared uint fit_words[CLUSTERS_TOGETHER * CLUSTER_NODES * FIT_NODE_WORDS];
+shared uint fit_orders[CLUSTERS_TOGETHER * FIT_ORDER_WORDS];
 
-// ------------------------------------------------------------------------------------------------------------- pairs
+uint fit_words_begin() { return cluster_slot() * CLUSTER_NODES * FIT_NODE_WORDS; }
+uint fit_orders_begin() { return cluster_slot() * FIT_ORDER_WORDS; }
 
-// Sides as minima: those of the upper ones are opposites.
+// ------------------------------------------------------------------------------------------------------------- leaves
+
 struct fit_extent
 {
-    vec3 lower, opposite;
+    vec3 lower, upper;
 };
 
-fit_extent fit_join(fit_extent a, vec3 v)
+fit_extent fit_join(fit_extent a, vec3 v) { return fit_extent(min(a.lower, v), max(a.upper, v)); }
+
+// Whether all vertices are sound: then so are all triangles, and nobody looks at each.
+bool fit_all_sound(uint count)
 {
-    return fit_extent(min(a.lower, v), min(a.opposite, -v));
+    bool sound = true;
+    for (uint i = cluster_lane(); i < count; i += LANES) {
+        sound = sound && is_sound3(cluster_point(i));
+    }
+    return subgroupAll(sound);
 }
 
-// Around the sound triangles of a pair; whether one is not sound.
-fit_extent fit_pair_extent(clast_pair pair, out bool unsound)
+// A pair by its number. A cluster's own is made of its triangles 2 number and 2 number + 1, and written.
+clast_pair fit_pair(fit_target target, uint number)
 {
-    fit_extent extent = fit_extent(vec3(FIT_BEYOND), vec3(FIT_BEYOND));
-    vec3 a = cluster_points[pair_corner(pair.first, 0u)];
-    vec3 b = cluster_points[pair_corner(pair.first, 1u)];
-    vec3 c = cluster_points[pair_corner(pair.first, 2u)];
-    bool fan = pair_is_fan(pair);
-    vec3 d = cluster_points[pair_corner(pair.second, 2u)];
-    vec3 x = fan ? a : cluster_points[pair_corner(pair.second, 0u)];
-    vec3 y = fan ? c : cluster_points[pair_corner(pair.second, 1u)];
-    bool first = is_sound3(a) && is_sound3(b) && is_sound3(c);
-    bool second = is_sound3(x) && is_sound3(y) && is_sound3(d);
+#ifdef FIT_OWN_PAIRS
+    if (target.own_triangles != 0u) {
+        uint first = 2u * number;
+        clast_pair pair = lone_pair(cluster_corners(first) | first << 24u);
+        if (first + 1u < target.own_triangles) {
+            pair = pair_of(cluster_corners(first) | first << 24u, cluster_corners(first + 1u) | (first + 1u) << 24u);
+        }
+        fit_pairs(target.pairs).at[number] = pair;
+        return pair;
+    }
+#endif
+    return fit_pairs(target.pairs).at[number];
+}
+
+// The extent with the sound triangles of a pair in it; whether one is not sound.
+fit_extent fit_join_pair(fit_extent extent, clast_pair pair, bool all_sound, inout bool unsound)
+{
+    vec3 a = cluster_point(pair_corner(pair.first, 0u));
+    vec3 b = cluster_point(pair_corner(pair.first, 1u));
+    vec3 c = cluster_point(pair_corner(pair.first, 2u));
+    vec3 d = cluster_point(pair_corner(pair.second, 2u));
+    vec3 x = a;
+    vec3 y = c;
+    if (!pair_is_fan(pair)) {
+        x = cluster_point(pair_corner(pair.second, 0u));
+        y = cluster_point(pair_corner(pair.second, 1u));
+    }
+    bool first = all_sound || (is_sound3(a) && is_sound3(b) && is_sound3(c));
+    bool second = all_sound || (is_sound3(x) && is_sound3(y) && is_sound3(d));
     if (first) {
         extent = fit_join(fit_join(fit_join(extent, a), b), c);
     }
     if (second && !pair_is_lone(pair)) {
         extent = fit_join(fit_join(fit_join(extent, x), y), d);
     }
-    unsound = !first || !second;
+    unsound = unsound || !first || !second;
     return extent;
 }
 
-// Around the extents of all invocations, of which those from `count` on have none. Minima are of integers in the order of floats,
-// for which some devices have an operation over a subgroup.
-fit_extent fit_reduce(fit_extent own, uint count)
+fit_extent fit_leaf(fit_target target, uint leaf, bool all_sound, inout bool unsound)
 {
-    if (gl_SubgroupID * gl_SubgroupSize < count) {
-        for (uint axis = 0u; axis < 3u; axis++) {
-            uint lower = subgroupMin(ordered_bits(own.lower[axis]));
-            uint opposite = subgroupMin(ordered_bits(own.opposite[axis]));
-            if (subgroupElect()) {
-                fit_sides[gl_SubgroupID * 6u + axis] = lower;
-                fit_sides[gl_SubgroupID * 6u + axis + 3u] = opposite;
-            }
+    fit_extent extent = fit_extent(vec3(FIT_BEYOND), vec3(-FIT_BEYOND));
+    uint shift = cluster_shift(target.counts);
+    uint end = min(leaf + 1u << shift, cluster_pairs(target.counts));
+    for (uint number = leaf << shift; number < end; number++) {
+        extent = fit_join_pair(extent, fit_pair(target, number), all_sound, unsound);
+    }
+    return extent;
+}
+
+// Around the extents of all invocations, by integers in the order of floats: for these, some devices have an operation over a
+// subgroup.
+fit_extent fit_around(fit_extent own)
+{
+    fit_extent all;
+    cluster_barrier(); // all are here
+    [[unroll]] for (uint axis = 0u; axis < 3u; axis++) {
+        all.lower[axis] = ordered_float(subgroupMin(ordered_bits(own.lower[axis])));
+        all.upper[axis] = ordered_float(subgroupMax(ordered_bits(own.upper[axis])));
+    }
+    return all;
+}
+
+// ------------------------------------------------------------------------------------------------------------- words
+
+// Of four neighbours, each with four bytes: the one with number k gets byte k of each, in their order.
+uint fit_turn(uint own)
+{
+    uint other = subgroupShuffleXor(own, 1u);
+    bool odd = (cluster_lane() & 1u) != 0u, high = (cluster_lane() & 2u) != 0u;
+    own = odd ? (other >> 8u & 0x00ff00ffu) | (own & 0xff00ff00u) : (own & 0x00ff00ffu) | (other & 0x00ff00ffu) << 8u;
+    other = subgroupShuffleXor(own, 2u);
+    return high ? other >> 16u | (own & 0xffff0000u) : (own & 0xffffu) | other << 16u;
+}
+
+// Writes the words of four leaves, that of each neighbour one of them; boxes without anything sound, and places behind the last
+// leaf, are inside out.
+void fit_store_leaf(uint leaf, fit_extent extent, vec3 base, uint exponents, uint nodes)
+{
+    uint lower = 0xffffffu, upper = 0u;
+    if (extent.lower.x < FIT_BEYOND) {
+        lower = 0u;
+        [[unroll]] for (uint axis = 0u; axis < 3u; axis++) {
+            uint exponent = exponent_of_axis(exponents, axis);
+            lower |= side_down(extent.lower[axis], base[axis], exponent) << 8u * axis;
+            upper |= side_up(extent.upper[axis], base[axis], exponent) << 8u * axis;
         }
     }
-    barrier();
-    uint sides[6] = {CLAST_NONE, CLAST_NONE, CLAST_NONE, CLAST_NONE, CLAST_NONE, CLAST_NONE};
-    for (uint i = 0u; i * gl_SubgroupSize < count; i++) {
-        [[unroll]] for (uint side = 0u; side < 6u; side++) {
-            sides[side] = min(sides[side], fit_sides[i * 6u + side]);
-        }
+    cluster_barrier();
+    lower = fit_turn(lower);
+    upper = fit_turn(upper);
+    uint node = leaf / TREE_CHILDREN + (nodes > 1u ? 1u : 0u), axis = leaf & 3u;
+    if (node < nodes && axis < 3u) {
+        uint at = fit_words_begin() + node * FIT_NODE_WORDS + 4u * axis + (leaf >> 2u & 1u);
+        fit_words[at] = lower;
+        fit_words[at + 2u] = upper;
     }
-    return fit_extent(vec3(ordered_float(sides[0]), ordered_float(sides[1]), ordered_float(sides[2])),
-                      vec3(ordered_float(sides[3]), ordered_float(sides[4]), ordered_float(sides[5])));
 }
 
-// The number of an invocation: those of a subgroup follow each other.
-uint fit_lane() { return gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID; }
-
-// Stores a pair's steps; the box is inside out where nothing in it is sound.
-void fit_store_steps(uint lane, uint pairs, fit_extent extent, vec3 base, uint exponents)
+// The four words of a node's axis.
+uvec4 fit_words_of(uint node, uint axis)
 {
-    if (lane >= pairs) {
-        fit_lower[lane] = 0xffffffu;
-        fit_upper[lane] = 0u;
-        return;
-    }
-    bool empty = extent.lower.x >= FIT_BEYOND;
-    uint lower = 0u;
-    uint upper = 0u;
-    for (uint axis = 0u; axis < 3u; axis++) {
-        uint exponent = exponent_of_axis(exponents, axis);
-        lower |= (empty ? 255u : side_down(extent.lower[axis], base[axis], exponent)) << (8u * axis);
-        upper |= (empty ? 0u : side_up(-extent.opposite[axis], base[axis], exponent)) << (8u * axis);
-    }
-    fit_lower[lane] = lower;
-    fit_upper[lane] = upper;
+    uint at = fit_words_begin() + node * FIT_NODE_WORDS + 4u * axis;
+    return uvec4(fit_words[at], fit_words[at + 1u], fit_words[at + 2u], fit_words[at + 3u]);
 }
 
-// ------------------------------------------------------------------------------------------------------------- nodes
-
-// A side of a leaf, whose pairs are those of its number and, where shift is 1, the one after.
-uint fit_leaf_side(uint leaf, uint shift, uint axis, bool upper)
+uint fit_least_byte(uint a, uint b)
 {
-    uint pair = leaf << shift;
-    uint side = (upper ? fit_upper[pair] : fit_lower[pair]) >> (8u * axis) & 255u;
-    if (shift != 0u) {
-        uint other = (upper ? fit_upper[pair + 1u] : fit_lower[pair + 1u]) >> (8u * axis) & 255u;
-        side = upper ? max(side, other) : min(side, other);
+    uint least = 255u;
+    [[unroll]] for (uint i = 0u; i < 32u; i += 8u) {
+        least = min(least, min(a >> i & 255u, b >> i & 255u));
     }
-    return side;
+    return least;
 }
 
-// Word `number` of the sides of a node above leaves, of which it has those from `first` on.
-uint fit_leaf_word(uint first, uint number, uint leaves, uint shift)
+// A child of the root, along an axis, as the root has it.
+void fit_store_child(uint child, uint axis, uvec4 words)
 {
-    uint axis = number >> 2u;
-    bool upper = (number & 2u) != 0u;
-    first += (number & 1u) * 4u;
-    uint word = 0u;
-    for (uint i = 0u; i < 4u; i++) {
-        uint none = upper ? 0u : 255u;
-        word |= (first + i < leaves ? fit_leaf_side(first + i, shift, axis, upper) : none) << (8u * i);
-    }
-    return word;
+    uint least = fit_least_byte(words.x, words.y), most = 255u - fit_least_byte(~words.z, ~words.w);
+    uint at = fit_words_begin() + 4u * axis + (child >> 2u), shift = 8u * (child & 3u);
+    atomicOr(fit_words[at], least << shift);
+    atomicOr(fit_words[at + 2u], most << shift);
 }
 
-// The least or the largest byte of two words.
-uint fit_side_of_words(uint a, uint b, bool upper)
+// ------------------------------------------------------------------------------------------------------------- orders
+
+float fit_component(vec3 v, uint number) { return number == 0u ? v.x : number == 1u ? v.y : v.z; }
+
+// The order of a node, of which each but the last of four neighbours has the words of an axis.
+uint fit_order(uvec4 words, uint exponents)
 {
-    uint side = upper ? 0u : 255u;
-    for (uint i = 0u; i < 32u; i += 8u) {
-        uint one = a >> i & 255u, other = b >> i & 255u;
-        side = upper ? max(side, max(one, other)) : min(side, min(one, other));
+    uint axis = cluster_lane() & 3u;
+    vec3 own = centre_differences(words.x, words.y, words.z, words.w) * power_of_two(exponent_of_axis(exponents, axis));
+    // The first three get what all have for one bit of the places: of number k, from number k ^ mask.
+    vec3 differences = vec3(0.0);
+    [[unroll]] for (uint mask = 0u; mask < 4u; mask++) {
+        uint other = axis ^ mask;
+        float taken = subgroupShuffleXor(fit_component(own, other), mask);
+        differences = vec3(other == 0u ? taken : differences.x, other == 1u ? taken : differences.y,
+                           other == 2u ? taken : differences.z);
     }
-    return side;
+    uint order = axis < 3u ? side_of(differences) << 3u * axis : 0u;
+    order |= subgroupShuffleXor(order, 1u);
+    return order | subgroupShuffleXor(order, 2u);
 }
 
-// Word `number` of the sides of the root, from those of the nodes below.
-uint fit_root_word(uint number, uint nodes)
+void fit_store_order(uint node, uint order)
 {
-    uint first = 1u + (number & 1u) * 4u, from = number & ~1u;
-    bool upper = (number & 2u) != 0u;
-    uint word = 0u;
-    for (uint i = 0u; i < 4u; i++) {
-        uint node = (first + i) * FIT_NODE_WORDS + from;
-        uint none = upper ? 0u : 255u;
-        uint side = first + i < nodes ? fit_side_of_words(fit_words[node], fit_words[node + 1u], upper) : none;
-        word |= side << (8u * i);
-    }
-    return word;
-}
-
-uint fit_order(uint node, uint exponents)
-{
-    vec3 differences[3];
-    for (uint axis = 0u; axis < 3u; axis++) {
-        uint from = node * FIT_NODE_WORDS + axis * 4u;
-        differences[axis] = centre_differences(fit_words[from], fit_words[from + 1u], fit_words[from + 2u],
-                                               fit_words[from + 3u]) *
-                            power_of_two(exponent_of_axis(exponents, axis));
-    }
-    uint sides[3];
-    for (uint bit = 0u; bit < 3u; bit++) {
-        sides[bit] = side_of(vec3(differences[0][bit], differences[1][bit], differences[2][bit]));
-    }
-    return order_sides(sides[0], sides[1], sides[2]);
+    atomicOr(fit_orders[fit_orders_begin() + (node >> 1u)], order << 16u * (node & 1u));
 }
 
 // --------------------------------------------------------------------------------------------------------------- all
 
-// The pair of an invocation, which has one where it is below the number of pairs.
-clast_pair fit_template_pair(fit_target target)
+void fit_clear()
 {
-    uint lane = fit_lane();
-    return fit_pairs(target.pairs).at[min(lane, cluster_pairs(target.counts) - 1u)];
+    for (uint i = cluster_lane(); i < FIT_NODE_WORDS; i += LANES) {
+        fit_words[fit_words_begin() + i] = 0u;
+    }
+    for (uint i = cluster_lane(); i < FIT_ORDER_WORDS; i += LANES) {
+        fit_orders[fit_orders_begin() + i] = 0u;
+    }
+    cluster_barrier();
 }
 
-#ifdef FIT_OWN_PAIRS
-// The same of a cluster whose triangles are in cluster_corners[]: triangles 2 i and 2 i + 1 are pair i. Writes the pairs behind
-// the nodes, and tells the target where that is.
-clast_pair fit_own_pair(inout fit_target target, uint triangles)
+// The root's words, from those of the nodes below, and the orders of all nodes.
+void fit_nodes(uint nodes, uint exponents)
 {
-    uint lane = fit_lane(), pairs = cluster_pairs(target.counts);
-    uint pair_number = min(lane, pairs - 1u), first = 2u * pair_number;
-    uint word = (cluster_corners[first] & 0xffffffu) | first << 24u;
-    clast_pair pair = lone_pair(word);
-    if (first + 1u < triangles) {
-        pair = pair_of(word, (cluster_corners[first + 1u] & 0xffffffu) | (first + 1u) << 24u);
+    if (nodes > 1u) {
+        for (uint i = cluster_lane(); i < 4u * TREE_CHILDREN; i += LANES) {
+            uint child = i >> 2u, axis = i & 3u;
+            bool there = child + 1u < nodes;
+            uvec4 words = there && axis < 3u ? fit_words_of(child + 1u, axis) : uvec4(CLAST_NONE, CLAST_NONE, 0u, 0u);
+            uint order = fit_order(words, exponents);
+            if (axis < 3u) {
+                fit_store_child(child, axis, words);
+            }
+            if (there && axis == 0u) {
+                fit_store_order(child + 1u, order);
+            }
+        }
+        cluster_barrier();
     }
-    target.pairs = target.head + cluster_pairs_offset(target.counts);
-    if (lane < pairs) {
-        fit_pairs(target.pairs).at[lane] = pair;
+    uint axis = min(cluster_lane() & 3u, 2u);
+    uint order = fit_order(fit_words_of(0u, axis), exponents);
+    if (cluster_lane() == 0u) {
+        fit_store_order(0u, order);
     }
-    return pair;
+    cluster_barrier();
 }
-#endif
 
-void fit_write_head(fit_target target, vec3 base, uint exponents)
+void fit_write_head(fit_target target, vec3 base, uint exponents, bool unsound)
 {
     uint4s head = uint4s(target.head);
-    uint counts = target.counts | (fit_unsound != 0u ? CLUSTER_UNSOUND : 0u);
+    uint counts = target.counts | (unsound ? CLUSTER_UNSOUND : 0u), from = fit_orders_begin();
     uvec2 vertices = store_address(target.vertices), pairs = store_address(target.pairs);
     head.at[0] = uvec4(floatBitsToUint(base), exponents);
     head.at[1] = uvec4(vertices, pairs);
-    head.at[2] = uvec4(target.cluster, counts, fit_orders[0] | fit_orders[1] << 16u,
-                       fit_orders[2] | fit_orders[3] << 16u);
-    head.at[3] = uvec4(fit_orders[4] | fit_orders[5] << 16u, fit_orders[6] | fit_orders[7] << 16u, fit_orders[8], 0u);
+    head.at[2] = uvec4(target.cluster, counts, fit_orders[from], fit_orders[from + 1u]);
+    head.at[3] = uvec4(fit_orders[from + 2u], fit_orders[from + 3u], fit_orders[from + 4u], 0u);
 }
 
-// All 128 invocations call this with the same target, after a barrier behind what wrote the points, and each with its pair.
-// Ends with a barrier.
-void fit_cluster(fit_target target, clast_pair pair)
+// All invocations of the subgroup call this with the same target, after a barrier behind what wrote the points.
+void fit_cluster(fit_target target)
 {
-    uint lane = fit_lane(), pairs = cluster_pairs(target.counts), shift = cluster_shift(target.counts);
     uint leaves = cluster_leaves(target.counts), nodes = cluster_nodes(target.counts);
-    if (lane == 0u) {
-        fit_unsound = 0u;
-    }
-    if (lane <= CLUSTER_NODES) {
-        fit_orders[lane] = 0u;
-    }
-    fit_extent extent = fit_extent(vec3(FIT_BEYOND), vec3(FIT_BEYOND));
+    fit_clear();
+    bool all_sound = fit_all_sound(target.vertex_count);
     bool unsound = false;
-    if (lane < pairs) {
-        extent = fit_pair_extent(pair, unsound);
+    fit_extent extents[FIT_ROUNDS];
+    fit_extent own = fit_extent(vec3(FIT_BEYOND), vec3(-FIT_BEYOND));
+    [[unroll]] for (uint round = 0u; round < FIT_ROUNDS; round++) {
+        uint leaf = round * LANES + cluster_lane();
+        extents[round] = fit_extent(vec3(FIT_BEYOND), vec3(-FIT_BEYOND));
+        if (leaf < leaves) {
+            extents[round] = fit_leaf(target, leaf, all_sound, unsound);
+        }
+        own = fit_extent(min(own.lower, extents[round].lower), max(own.upper, extents[round].upper));
     }
-    fit_extent all = fit_reduce(extent, pairs);
-    if (unsound) {
-        atomicOr(fit_unsound, 1u); // after the barrier of fit_reduce
-    }
+    fit_extent all = fit_around(own);
     bool empty = all.lower.x >= FIT_BEYOND;
     vec3 base = empty ? vec3(0.0) : vec3(unsigned_zero(all.lower.x), unsigned_zero(all.lower.y), unsigned_zero(all.lower.z));
-    vec3 upper = empty ? vec3(0.0)
-                       : vec3(unsigned_zero(-all.opposite.x), unsigned_zero(-all.opposite.y), unsigned_zero(-all.opposite.z));
+    vec3 upper = empty ? vec3(0.0) : vec3(unsigned_zero(all.upper.x), unsigned_zero(all.upper.y), unsigned_zero(all.upper.z));
     uint exponents = box_exponents(upper - base);
-    fit_store_steps(lane, pairs, extent, base, exponents);
-    barrier();
-    uint first_node = nodes > 1u ? 1u : 0u;
-    uint node = lane / FIT_NODE_WORDS + first_node, number = lane % FIT_NODE_WORDS;
-    if (node < nodes) {
-        fit_words[node * FIT_NODE_WORDS + number] =
-            fit_leaf_word((node - first_node) * TREE_CHILDREN, number, leaves, shift);
+    [[unroll]] for (uint round = 0u; round < FIT_ROUNDS; round++) {
+        fit_store_leaf(round * LANES + cluster_lane(), extents[round], base, exponents, nodes);
     }
-    barrier();
-    if (nodes > 1u && lane < FIT_NODE_WORDS) {
-        fit_words[lane] = fit_root_word(lane, nodes);
-    }
-    barrier();
-    if (lane < nodes) {
-        fit_orders[lane] = fit_order(lane, exponents);
-    }
+    cluster_barrier();
+    fit_nodes(nodes, exponents);
     uints words = uints(target.head + CLUSTER_HEAD_BYTES);
-    if (lane < nodes * FIT_NODE_WORDS) {
-        words.at[lane] = fit_words[lane];
+    for (uint i = cluster_lane(); i < nodes * FIT_NODE_WORDS; i += LANES) {
+        words.at[i] = fit_words[fit_words_begin() + i];
     }
-    barrier();
-    if (lane == 0u) {
-        fit_write_head(target, base, exponents);
+    unsound = subgroupAny(unsound);
+    if (cluster_lane() == 0u) {
+        fit_write_head(target, base, exponents, unsound);
         clast_box box;
         box.lower = empty ? vec3(uintBitsToFloat(0x7f800000u)) : base;
         box.upper = empty ? vec3(uintBitsToFloat(0xff800000u)) : upper;
         boxes(target.box).at[0] = box;
     }
-    barrier();
 }
 
 #endif

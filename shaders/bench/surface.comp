@@ -11,9 +11,8 @@
 layout(constant_id = 0) const uint SURFACE = 0u;
 layout(constant_id = 1) const uint PATTERNS = 0u; // 1: halves of cells
 layout(constant_id = 2) const uint FITS = 1u;     // 0: vertices are written, and that is all
-layout(local_size_x = 128) in;
-
-shared vec3 cluster_points[TEMPLATE_VERTICES];
+#define LANES_CONSTANT 3
+#define GROUP_CONSTANT 4
 #include "accel/fit.glsl"
 
 ARRAY_OF(bench_clusters, clast_device_cluster, 4)
@@ -54,23 +53,17 @@ vec2 place_in_pattern(uint cluster, uint pattern, uint vertex)
 
 void main()
 {
-    uint number = linear_group();
+    uint number = cluster_of_group();
     if (number >= push.count) {
         return;
     }
     clast_device_cluster from = bench_clusters(push.inputs).at[number];
     clast_device_template topology = fit_templates(push.templates).at[from.template_number];
-    positions3 vertices = positions3(push.vertices + 12ul * from.first_vertex);
-    for (uint i = gl_LocalInvocationIndex; i < topology.vertices; i += FIT_GROUP) {
+    for (uint i = cluster_lane(); i < topology.vertices; i += LANES) {
         vec2 place = PATTERNS != 0u ? place_in_pattern(number, from.template_number, i) : place_in_grid(number, i);
-        vec3 point = bench_surface(SURFACE, place, push.time);
-        cluster_points[i] = point;
-        vertices.at[i] = store3(point);
+        set_cluster_point(i, bench_surface(SURFACE, place, push.time));
     }
-    if (FITS == 0u) {
-        return;
-    }
-    barrier();
+    cluster_barrier();
     fit_target target;
     target.head = push.clusters + uint64_t(CLUSTER_UNIT) * from.place;
     target.vertices = push.vertices + 12ul * from.first_vertex;
@@ -78,5 +71,10 @@ void main()
     target.box = push.boxes + 24ul * number;
     target.cluster = number;
     target.counts = topology.counts;
-    fit_cluster(target, fit_template_pair(target));
+    target.vertex_count = topology.vertices;
+    target.own_triangles = 0u;
+    store_cluster_points(target.vertices, topology.vertices);
+    if (FITS != 0u) {
+        fit_cluster(target);
+    }
 }

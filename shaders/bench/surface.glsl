@@ -7,16 +7,19 @@
 const uint SURFACE_TERRAIN = 0u;
 const uint SURFACE_SPHERE = 1u;
 
+// Fused, as graphics programs are (all other arithmetic of clast's kernels is not).
+float bench_dot(vec3 a, vec3 b, float c) { return fma(a.x, b.x, fma(a.y, b.y, fma(a.z, b.z, c))); }
+
 float bench_height(vec3 p, float time)
 {
     float height = 0.0, amplitude = 0.22;
     p *= 3.1;
     [[unroll]] for (uint octave = 0u; octave < 6u; octave++) {
-        float first = dot(p, vec3(0.83, 0.41, -0.37)) + time + 1.7 * float(octave);
-        float second = dot(p, vec3(-0.29, 0.78, 0.92)) - 0.7 * time + 2.9 * float(octave);
-        height += amplitude * sin(first) * sin(second);
-        p = vec3(dot(p, vec3(1.61, 0.72, -0.93)), dot(p, vec3(-0.93, 1.61, 0.72)), dot(p, vec3(0.72, -0.93, 1.61))) +
-            vec3(0.3, 0.7, 0.1);
+        float first = bench_dot(p, vec3(0.83, 0.41, -0.37), time + 1.7 * float(octave));
+        float second = bench_dot(p, vec3(-0.29, 0.78, 0.92), 2.9 * float(octave) - 0.7 * time);
+        height = fma(amplitude * sin(first), sin(second), height);
+        p = vec3(bench_dot(p, vec3(1.61, 0.72, -0.93), 0.3), bench_dot(p, vec3(-0.93, 1.61, 0.72), 0.7),
+                 bench_dot(p, vec3(0.72, -0.93, 1.61), 0.1));
         amplitude *= 0.48;
     }
     return height;

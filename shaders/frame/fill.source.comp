@@ -1,8 +1,10 @@
 #version 460
 // SPDX-License-Identifier: Apache-2.0
-// Vertices of some units' records, and the clusters fitted to them while they are in shared memory: a work group for each record.
+// Vertices of some units' records, and the clusters fitted to them while they are in shared memory: a subgroup for each record.
 #extension GL_GOOGLE_include_directive : require
 #define SOURCE_FILLS
+#define LANES_CONSTANT 0
+#define GROUP_CONSTANT 1
 #include "source_kind.glsl"
 #include "frame/spans.glsl"
 
@@ -10,8 +12,6 @@
 #define FIT_OWN_PAIRS
 #endif
 #include "accel/fit.glsl"
-
-layout(local_size_x = 128) in;
 
 // Where a record's cluster begins. Where records are new, sums over their spaces tell; these are kept for when only vertices
 // change.
@@ -23,7 +23,7 @@ uint place_of(unit_reference unit, uint number)
         return places.at[number];
     }
     uint place = uints(spaces).at[number] - uints(spaces).at[0];
-    if (gl_LocalInvocationIndex == 0u) {
+    if (cluster_lane() == 0u) {
         places.at[number] = place;
     }
     return place;
@@ -37,15 +37,13 @@ uint64_t store_vertices(unit_reference unit, clast_cluster_record record)
         return resident;
     }
     uint64_t address = load_address(unit.of.vertices) + 12ul * uint64_t(record.first_vertex);
-    for (uint i = gl_LocalInvocationIndex; i < record_vertices(record); i += SOURCE_GROUP) {
-        positions3(address).at[i] = store3(cluster_points[i]);
-    }
+    store_cluster_points(address, record_vertices(record));
     return address;
 }
 
 void main()
 {
-    span_place place = place_in_spans();
+    span_place place = place_in_spans(cluster_of_group());
     if (!place.is_there) {
         return;
     }
@@ -56,20 +54,20 @@ void main()
     fit_target target;
     target.head = load_address(unit.of.clusters) + uint64_t(CLUSTER_UNIT) * uint64_t(place_of(unit, place.group));
     target.vertices = store_vertices(unit, record);
-    target.pairs = 0ul;
     target.box = load_address(unit.of.boxes) + 24ul * uint64_t(place.group);
     target.cluster = place.group;
     target.counts = triangles_counts(record_triangles(record));
-    clast_pair pair;
+    target.vertex_count = record_vertices(record);
+    target.own_triangles = 0u;
 #ifdef SOURCE_COMPOSITES
     if (record_form(record) == FORM_COMPOSITE) {
         source_corners(unit, record, words);
-        pair = fit_own_pair(target, record_triangles(record));
+        target.own_triangles = record_triangles(record);
+        target.pairs = target.head + cluster_pairs_offset(target.counts);
     } else
 #endif
     {
         target.pairs = load_address(fit_templates(push.templates).at[record.template_index].pairs);
-        pair = fit_template_pair(target);
     }
-    fit_cluster(target, pair);
+    fit_cluster(target);
 }

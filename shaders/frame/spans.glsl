@@ -23,10 +23,9 @@ struct span_place
     uint group;  // counted from the unit's first
 };
 
-// The same for all invocations of a group.
-span_place place_in_spans()
+// Of a work group, or of what else the spans count.
+span_place place_in_spans(uint group)
 {
-    uint group = linear_group();
     device_spans spans = device_spans(push.spans);
     span_place place;
     place.is_there = group < spans.at[push.span_count].first;
@@ -47,5 +46,7 @@ span_place place_in_spans()
     place.group = group - span.first;
     return place;
 }
+
+span_place place_in_spans() { return place_in_spans(linear_group()); }
 
 #endif

@@ -4,9 +4,9 @@
 #extension GL_GOOGLE_include_directive : require
 #define SOURCE_KIND 2
 #define SOURCE_FILLS
+#define LANES_CONSTANT 0
+#define GROUP_CONSTANT 1
 #include "source/displaced.glsl"
-
-layout(local_size_x = 128) in;
 
 layout(push_constant, scalar) uniform probe_push
 {
@@ -17,7 +17,7 @@ layout(push_constant, scalar) uniform probe_push
 
 void main()
 {
-    uint number = linear_group();
+    uint number = cluster_of_group();
     if (number >= push.count) {
         return;
     }
@@ -25,15 +25,12 @@ void main()
     clast_cluster_record record = cluster_records(load_address(unit.of.records)).at[number];
     uint64_t words = words_of(unit, record);
     source_fill(unit, record, words);
-    positions3 vertices = positions3(load_address(unit.of.vertices) + 12ul * uint64_t(record.first_vertex));
-    for (uint i = gl_LocalInvocationIndex; i < record_vertices(record); i += SOURCE_GROUP) {
-        vertices.at[i] = store3(cluster_points[i]);
-    }
+    store_cluster_points(load_address(unit.of.vertices) + 12ul * uint64_t(record.first_vertex), record_vertices(record));
     if (record_form(record) != FORM_COMPOSITE) {
         return;
     }
     source_corners(unit, record, words);
-    for (uint i = gl_LocalInvocationIndex; i < record_triangles(record); i += SOURCE_GROUP) {
-        uints(push.corners).at[TEMPLATE_TRIANGLES * number + i] = cluster_corners[i];
+    for (uint i = cluster_lane(); i < record_triangles(record); i += LANES) {
+        uints(push.corners).at[TEMPLATE_TRIANGLES * number + i] = cluster_corners(i);
     }
 }

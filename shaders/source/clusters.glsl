@@ -69,14 +69,14 @@ void source_fill(unit_reference unit, clast_cluster_record record, uint64_t word
     bool moves = clusters_move(unit);
     uints numbers = uints(array_of(unit, CLUSTERS_ARRAY_NUMBERS));
     uint64_t positions = moves ? mesh_positions(unit) : array_of(unit, CLUSTERS_ARRAY_POSITIONS);
-    for (uint i = gl_LocalInvocationIndex; i < cluster.vertex_count; i += SOURCE_GROUP) {
+    for (uint i = cluster_lane(); i < cluster.vertex_count; i += LANES) {
         uint vertex = cluster.first_vertex + i;
         if (moves) {
             vertex = numbers.at[vertex];
         }
-        cluster_points[i] = mesh_value3(positions, vertex, 3u);
+        set_cluster_point(i, mesh_value3(positions, vertex, 3u));
     }
-    barrier();
+    cluster_barrier();
 }
 #endif
 

@@ -1,28 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// Filling records of displaced meshes by a work group: each vertex of a record is told what it is, then all are computed at
+// Filling records of displaced meshes by a subgroup: each vertex of a record is told what it is, then all are computed at
 // once. The twin of src/source/displaced_fill.c and displaced_leaves.c, whose order of vertices it keeps.
 #ifndef CLAST_SOURCE_DISPLACED_FILL_GLSL
 #define CLAST_SOURCE_DISPLACED_FILL_GLSL
 
 #include "source/displaced_reader.glsl"
 
-#define GROUP_SIZE 128
-#include "accel/group.glsl"
-
 // What a vertex of a record is: a vertex of the cluster; a point within an edge of it; or a vertex of a leaf's pattern.
 const uint DISPLACED_VERTEX = 0u;
 const uint DISPLACED_EDGE = 1u; // and the step along it 16 bits up
 const uint DISPLACED_LEAF = 2u; // and the vertex of the pattern 16 bits up
 const uint DISPLACED_WHAT_SHIFT = 30u;
-shared uint displaced_what[TEMPLATE_VERTICES];
+shared uint displaced_whats[CLUSTERS_TOGETHER * TEMPLATE_VERTICES];
 
 // Of a composite's leaves that are whole triangles: vertices and edges of the cluster that they share. By vertex: 1 where it is
 // there, and its place 16 bits up. By edge: its segments, 0 where it is not there; one more than the leaf whose triangle its
 // points are blended in, where that matters, 8 bits up; and the place of the first point 16 bits up.
-shared uint displaced_vertex_places[CLUSTER_VERTICES];
-shared uint displaced_edge_places[DISPLACED_EDGES];
+shared uint displaced_vertex_places[CLUSTERS_TOGETHER * CLUSTER_VERTICES];
+shared uint displaced_edge_places[CLUSTERS_TOGETHER * DISPLACED_EDGES];
 // By leaf: where its own vertices begin, and 16 bits up how many before it are split.
-shared uint displaced_own_places[DISPLACED_RECORD_TRIANGLES];
+shared uint displaced_own_places[CLUSTERS_TOGETHER * DISPLACED_RECORD_TRIANGLES];
+
+// Where these are of the subgroup's record.
+uint displaced_what_place(uint vertex) { return cluster_slot() * TEMPLATE_VERTICES + vertex; }
+uint displaced_vertex_place(uint vertex) { return cluster_slot() * CLUSTER_VERTICES + vertex; }
+uint displaced_edge_place(uint edge) { return cluster_slot() * DISPLACED_EDGES + edge; }
+uint displaced_own_place(uint leaf) { return cluster_slot() * DISPLACED_RECORD_TRIANGLES + leaf; }
 
 uint displaced_word_of(uint64_t words, uint leaf) { return uints(words).at[1u + leaf]; }
 
@@ -34,8 +37,9 @@ void displaced_mark_shared(unit_reference unit, clast_displaced_cluster cluster,
     uint factors = displaced_leaf_factors(word);
     uint user = curved || !displaced_is_plain(triangle) ? leaf + 1u << 8u : 0u;
     [[unroll]] for (uint k = 0u; k < 3u; k++) {
-        atomicOr(displaced_vertex_places[displaced_corner(triangle, k)], 1u);
-        atomicMax(displaced_edge_places[displaced_edge_of(triangle, k)], pattern_factor(factors, k) | user);
+        atomicOr(displaced_vertex_places[displaced_vertex_place(displaced_corner(triangle, k))], 1u);
+        atomicMax(displaced_edge_places[displaced_edge_place(displaced_edge_of(triangle, k))],
+                  pattern_factor(factors, k) | user);
     }
 }
 
@@ -51,59 +55,129 @@ uint displaced_own_begin(uint word, clast_pattern pattern)
     return displaced_leaf_is_split(word) ? 0u : pattern_edge_begin(pattern_own_factors(pattern), 3u);
 }
 
-const uint DISPLACED_EDGES_EACH = DISPLACED_EDGES / 128u;
+// What comes before, by invocation, and in all.
+struct displaced_sum {
+    uint before, all;
+};
+
+displaced_sum displaced_sum_of(uint value)
+{
+    cluster_barrier(); // all are here
+    return displaced_sum(subgroupExclusiveAdd(value), subgroupAdd(value));
+}
+
+// An invocation has neighbours among vertices, edges and leaves, so that sums over invocations follow their order.
+const uint DISPLACED_VERTICES_EACH = (CLUSTER_VERTICES + LANES - 1u) / LANES;
+const uint DISPLACED_EDGES_EACH = DISPLACED_EDGES / LANES;
+const uint DISPLACED_LEAVES_EACH = DISPLACED_RECORD_TRIANGLES / LANES;
+
+void displaced_clear()
+{
+    for (uint i = cluster_lane(); i < CLUSTER_VERTICES; i += LANES) {
+        displaced_vertex_places[displaced_vertex_place(i)] = 0u;
+    }
+    for (uint i = cluster_lane(); i < DISPLACED_EDGES; i += LANES) {
+        displaced_edge_places[displaced_edge_place(i)] = 0u;
+    }
+    cluster_barrier();
+}
+
+// Of a leaf: how many vertices are its own, the first of them in the pattern 9 bits up, and 1 above 20 bits where it is split.
+uint displaced_own_of(unit_reference unit, uint word)
+{
+    clast_pattern pattern = displaced_pattern_at(unit, pattern_use(displaced_leaf_factors(word)).number);
+    uint begin = displaced_own_begin(word, pattern);
+    return pattern_vertices(pattern) - begin | begin << 9u | (displaced_leaf_is_split(word) ? 1u << 20u : 0u);
+}
+
+// Marks what leaves share. What is known of an invocation's leaves is kept where their places will be.
+displaced_sum displaced_mark_leaves(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint leaf_count)
+{
+    bool curved = displaced_is_curved(unit);
+    uint sum = 0u; // own vertices; split ones 16 bits up
+    for (uint i = 0u; i < DISPLACED_LEAVES_EACH; i++) {
+        uint leaf = cluster_lane() * DISPLACED_LEAVES_EACH + i;
+        if (leaf >= leaf_count) {
+            break;
+        }
+        uint word = displaced_word_of(words, leaf), own = displaced_own_of(unit, word);
+        displaced_own_places[displaced_own_place(leaf)] = own;
+        sum += (own & 511u) | own >> 20u << 16u;
+        if (!displaced_leaf_is_split(word)) {
+            displaced_mark_shared(unit, cluster, leaf, word, curved);
+        }
+    }
+    cluster_barrier();
+    return displaced_sum_of(sum);
+}
+
+// Places the vertices of the cluster that are there; how many there are.
+uint displaced_place_vertices()
+{
+    uint count = 0u;
+    for (uint i = 0u; i < DISPLACED_VERTICES_EACH; i++) {
+        count += displaced_vertex_places[displaced_vertex_place(cluster_lane() * DISPLACED_VERTICES_EACH + i)];
+    }
+    displaced_sum sum = displaced_sum_of(count);
+    uint at = sum.before;
+    for (uint i = 0u; i < DISPLACED_VERTICES_EACH; i++) {
+        uint vertex = cluster_lane() * DISPLACED_VERTICES_EACH + i, place = displaced_vertex_place(vertex);
+        if (displaced_vertex_places[place] != 0u) {
+            displaced_vertex_places[place] = 1u | at << 16u;
+            displaced_whats[displaced_what_place(at++)] = DISPLACED_VERTEX << DISPLACED_WHAT_SHIFT | vertex;
+        }
+    }
+    return sum.all;
+}
+
+// Places the points within edges, from `begin` on; where they end.
+uint displaced_place_edges(uint begin)
+{
+    uint count = 0u;
+    for (uint i = 0u; i < DISPLACED_EDGES_EACH; i++) {
+        uint number = cluster_lane() * DISPLACED_EDGES_EACH + i;
+        count += displaced_points_within(displaced_edge_places[displaced_edge_place(number)]);
+    }
+    displaced_sum sum = displaced_sum_of(count);
+    uint at = begin + sum.before;
+    for (uint i = 0u; i < DISPLACED_EDGES_EACH; i++) {
+        uint number = cluster_lane() * DISPLACED_EDGES_EACH + i, place = displaced_edge_place(number);
+        uint edge = displaced_edge_places[place];
+        displaced_edge_places[place] = edge | at << 16u;
+        for (uint step = 1u; step < (edge & 255u); step++) {
+            displaced_whats[displaced_what_place(at++)] = DISPLACED_EDGE << DISPLACED_WHAT_SHIFT | step << 16u | number;
+        }
+    }
+    return begin + sum.all;
+}
+
+// Places the leaves' own vertices, from `begin` on.
+void displaced_place_own(uint leaf_count, uint begin, uint before)
+{
+    uint at = begin + (before & 65535u), split = before >> 16u;
+    for (uint i = 0u; i < DISPLACED_LEAVES_EACH; i++) {
+        uint leaf = cluster_lane() * DISPLACED_LEAVES_EACH + i;
+        if (leaf >= leaf_count) {
+            break;
+        }
+        uint own = displaced_own_places[displaced_own_place(leaf)];
+        displaced_own_places[displaced_own_place(leaf)] = at | split << 16u;
+        split += own >> 20u;
+        uint first = own >> 9u & 511u, end = first + (own & 511u);
+        for (uint vertex = first; vertex < end; vertex++) {
+            displaced_whats[displaced_what_place(at++)] = DISPLACED_LEAF << DISPLACED_WHAT_SHIFT | vertex << 16u | leaf;
+        }
+    }
+}
 
 // Where the vertices of a composite are, and what they are.
 void displaced_lay_out(unit_reference unit, clast_displaced_cluster cluster, uint64_t words, uint leaf_count)
 {
-    uint lane = group_lane();
-    displaced_vertex_places[lane] = 0u;
-    for (uint i = lane; i < DISPLACED_EDGES; i += GROUP_SIZE) {
-        displaced_edge_places[i] = 0u;
-    }
-    barrier();
-    uint own_begin = 0u;
-    uint own = 0u;
-    uint split = 0u;
-    if (lane < leaf_count) {
-        uint word = displaced_word_of(words, lane);
-        clast_pattern pattern = displaced_pattern_at(unit, pattern_use(displaced_leaf_factors(word)).number);
-        own_begin = displaced_own_begin(word, pattern);
-        own = pattern_vertices(pattern) - own_begin;
-        split = displaced_leaf_is_split(word) ? 1u : 0u;
-        if (!displaced_leaf_is_split(word)) {
-            displaced_mark_shared(unit, cluster, lane, word, displaced_is_curved(unit));
-        }
-    }
-    barrier();
-    uint vertex = displaced_vertex_places[lane];
-    uint edges[DISPLACED_EDGES_EACH]; // neighbours, so that their order is that of the sums
-    uint within = 0u;
-    [[unroll]] for (uint i = 0u; i < DISPLACED_EDGES_EACH; i++) {
-        edges[i] = displaced_edge_places[DISPLACED_EDGES_EACH * lane + i];
-        within += displaced_points_within(edges[i]);
-    }
-    // at most 128, 253, 256 and 85: a record has no more than TEMPLATE_VERTICES in all
-    group_sum sums = sum_over_group(vertex | within << 8u | own << 16u | split << 25u);
-    uint vertex_at = sums.before & 255u;
-    uint edge_at = (sums.all & 255u) + (sums.before >> 8u & 255u);
-    uint own_at = (sums.all & 255u) + (sums.all >> 8u & 255u) + (sums.before >> 16u & 511u);
-    if (vertex != 0u) {
-        displaced_what[vertex_at] = DISPLACED_VERTEX << DISPLACED_WHAT_SHIFT | lane;
-    }
-    displaced_vertex_places[lane] = vertex | vertex_at << 16u;
-    [[unroll]] for (uint i = 0u; i < DISPLACED_EDGES_EACH; i++) {
-        uint number = DISPLACED_EDGES_EACH * lane + i;
-        displaced_edge_places[number] = edges[i] | edge_at << 16u;
-        for (uint step = 1u; step < (edges[i] & 255u); step++) {
-            displaced_what[edge_at++] = DISPLACED_EDGE << DISPLACED_WHAT_SHIFT | step << 16u | number;
-        }
-    }
-    displaced_own_places[lane] = own_at | sums.before >> 25u << 16u;
-    for (uint i = 0u; i < own; i++) {
-        displaced_what[own_at + i] = DISPLACED_LEAF << DISPLACED_WHAT_SHIFT | own_begin + i << 16u | lane;
-    }
-    barrier();
+    displaced_clear();
+    displaced_sum own = displaced_mark_leaves(unit, cluster, words, leaf_count);
+    uint vertices = displaced_place_vertices();
+    displaced_place_own(leaf_count, displaced_place_edges(vertices), own.before);
+    cluster_barrier();
 }
 
 // -------------------------------------------------------------------------------------------------------------- points
@@ -186,7 +260,7 @@ displaced_recipe displaced_leaf_recipe(unit_reference unit, clast_displaced_clus
                                              displaced_corner(triangle, turned[2])),
                                        at);
     }
-    uint splits = leaf_count > 1u ? displaced_own_places[number] >> 16u : 0u;
+    uint splits = leaf_count > 1u ? displaced_own_places[displaced_own_place(number)] >> 16u : 0u;
     displaced_leaf leaf = displaced_read_leaf(unit, cluster, words, leaf_count, number, splits);
     if (curved) {
         return displaced_from_leaf(leaf, triangle, uvec3(0u, 1u, 2u), 0u, pattern_unrotate(at, use.rotation));
@@ -212,7 +286,7 @@ displaced_recipe displaced_leaf_recipe(unit_reference unit, clast_displaced_clus
 displaced_recipe displaced_edge_recipe(unit_reference unit, clast_displaced_cluster cluster, uint64_t words,
                                        uint leaf_count, uint number, uint step, bool curved)
 {
-    uint place = displaced_edge_places[number];
+    uint place = displaced_edge_places[displaced_edge_place(number)];
     uint factor = place & 255u;
     uint user = place >> 8u & 255u;
     clast_weights at = weights_of(pattern_edge_weight(factor, step));
@@ -341,11 +415,11 @@ void source_fill(unit_reference unit, clast_cluster_record record, uint64_t word
     }
     uint whole = (record.detail != 0u ? DISPLACED_LEAF : DISPLACED_VERTEX) << DISPLACED_WHAT_SHIFT;
     uint shift = record.detail != 0u ? 16u : 0u;
-    for (uint i = group_lane(); i < count; i += GROUP_SIZE) {
-        uint what = composite ? displaced_what[i] : whole | i << shift;
-        cluster_points[i] = displaced_point_of(unit, cluster, words, record.detail, what);
+    for (uint i = cluster_lane(); i < count; i += LANES) {
+        uint what = composite ? displaced_whats[displaced_what_place(i)] : whole | i << shift;
+        set_cluster_point(i, displaced_point_of(unit, cluster, words, record.detail, what));
     }
-    barrier();
+    cluster_barrier();
 }
 
 // The place in the record of a vertex of a leaf's pattern.
@@ -361,13 +435,13 @@ uint displaced_place_in_record(uint word, clast_displaced_triangle triangle, cla
         return own_at + vertex - pattern_edge_begin(factors, 3u);
     }
     if (part < WEIGHTS_EDGE) {
-        return displaced_vertex_places[displaced_corner(triangle, (part + rotation) % 3u)] >> 16u;
+        return displaced_vertex_places[displaced_vertex_place(displaced_corner(triangle, (part + rotation) % 3u))] >> 16u;
     }
     uint edge = part - WEIGHTS_EDGE;
     uint own = (edge + rotation) % 3u;
     uint step = vertex - pattern_edge_begin(factors, edge);
     uint within = pattern_factor(factors, edge) - 1u;
-    uint first = displaced_edge_places[displaced_edge_of(triangle, own)] >> 16u;
+    uint first = displaced_edge_places[displaced_edge_place(displaced_edge_of(triangle, own))] >> 16u;
     return first + (displaced_goes_along(triangle, own) ? step : within - 1u - step);
 }
 
@@ -375,7 +449,7 @@ uint displaced_place_in_record(uint word, clast_displaced_triangle triangle, cla
 void source_corners(unit_reference unit, clast_cluster_record record, uint64_t words)
 {
     clast_displaced_cluster cluster = displaced_cluster_of(unit, record.item);
-    for (uint i = group_lane(); i < record_triangles(record); i += GROUP_SIZE) {
+    for (uint i = cluster_lane(); i < record_triangles(record); i += LANES) {
         uint number = displaced_find_leaf(words, record.detail, i);
         uint word = displaced_word_of(words, number);
         clast_pattern_use use = pattern_use(displaced_leaf_factors(word));
@@ -385,13 +459,13 @@ void source_corners(unit_reference unit, clast_cluster_record record, uint64_t w
         uint placed = 0u;
         [[unroll]] for (uint k = 0u; k < 3u; k++) {
             uint place = displaced_place_in_record(word, triangle, pattern, use.rotation,
-                                                   displaced_own_places[number] & 65535u,
+                                                   displaced_own_places[displaced_own_place(number)] & 65535u,
                                                    corners >> 8u * k & 255u);
             placed |= place << 8u * k;
         }
-        cluster_corners[i] = placed;
+        set_cluster_corners(i, placed);
     }
-    barrier();
+    cluster_barrier();
 }
 
 #endif

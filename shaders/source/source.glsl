@@ -24,10 +24,13 @@
 //       The same bits as the C function. All invocations get the result.
 //   void source_emit(unit_reference unit, uint item, uint first_vertex, uint first_word, uint64_t words, uint64_t records)
 //       `words` and `records` are where the first of the item's are written.
+//
+// And of a subgroup that has a cluster (accel/lanes.glsl). All of its invocations call them together:
+//
 //   void source_fill(unit_reference unit, clast_cluster_record record, uint64_t words)
-//       Writes cluster_points[], and ends with a barrier.
+//       Sets the cluster's points, and ends with cluster_barrier().
 //   void source_corners(unit_reference unit, clast_cluster_record record, uint64_t words)
-//       Of composites: writes cluster_corners[], and ends with a barrier. With SOURCE_COMPOSITES only.
+//       Of composites: sets the cluster's corners, and ends with cluster_barrier(). With SOURCE_COMPOSITES only.
 //
 // And of a single invocation, for kinds that have a posed array (clast_source.posed_array), which say so by
 // SOURCE_HAS_POSED_ARRAY, within #ifdef SOURCE_POSES:
@@ -83,8 +86,15 @@ struct source_surface
 };
 
 #ifdef SOURCE_FILLS
-shared vec3 cluster_points[TEMPLATE_VERTICES];      // of a record, in its order
-shared uint cluster_corners[TEMPLATE_TRIANGLES];    // three vertices of the record, 8 bits each
+#include "accel/lanes.glsl"
+
+// Three vertices of each triangle of a composite, 8 bits each.
+shared uint cluster_corner_words[CLUSTERS_TOGETHER * TEMPLATE_TRIANGLES];
+uint cluster_corners(uint triangle) { return cluster_corner_words[cluster_slot() * TEMPLATE_TRIANGLES + triangle]; }
+void set_cluster_corners(uint triangle, uint corners)
+{
+    cluster_corner_words[cluster_slot() * TEMPLATE_TRIANGLES + triangle] = corners;
+}
 #endif
 
 #endif

@@ -94,10 +94,10 @@ void source_fill(unit_reference unit, clast_cluster_record record, uint64_t word
     uint column = record.item % sheet.tiles * segments;
     uint row = record.item / sheet.tiles * segments;
     uint side = segments + 1u;
-    for (uint i = gl_LocalInvocationIndex; i < side * side; i += SOURCE_GROUP) {
-        cluster_points[i] = wave_vertex(sheet, moment, segments, column + i % side, row + i / side);
+    for (uint i = cluster_lane(); i < side * side; i += LANES) {
+        set_cluster_point(i, wave_vertex(sheet, moment, segments, column + i % side, row + i / side));
     }
-    barrier();
+    cluster_barrier();
 }
 #endif
 

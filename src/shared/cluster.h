@@ -66,6 +66,7 @@ LIMIT(CLUSTER_NODES, 9u, "most nodes of a cluster: a root and eight below it")
 LIMIT(CLUSTER_NODE_BYTES, 48u, "of a node of a cluster: sides[12] as a tree's node has them")
 LIMIT(CLUSTER_HEAD_BYTES, 64u, "where a cluster's nodes begin")
 LIMIT(PAIR_BYTES, 8u, "of a pair of triangles")
+LIMIT(CLUSTERS_TOGETHER, 4u, "most clusters that a work group fits, each by a subgroup of its own")
 
 // Two triangles: what a leaf of a cluster holds. `first` is the corners of one triangle, in their order, 8 bits each, then its
 // number. `second` is the same of another. Where two triangles share an edge, `second` tells less: its first two

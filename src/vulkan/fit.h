@@ -20,6 +20,18 @@ typedef struct clast_gpu_fit {
     uint32_t first, count; // clusters
 } clast_gpu_fit;
 
+// How kernels that include shaders/accel/lanes.glsl are called: two constants tell the width of subgroups, and that of a group.
+typedef struct clast_gpu_lanes {
+    uint32_t lanes; // of a subgroup, which has a cluster: the call asks for that width
+    uint32_t group; // invocations of a work group
+} clast_gpu_lanes;
+clast_gpu_lanes clast_gpu_lanes_of(const clast_gpu *gpu);
+static inline uint64_t clast_gpu_lane_groups(clast_gpu_lanes lanes, uint64_t clusters)
+{
+    uint32_t together = lanes.group / lanes.lanes;
+    return (clusters + together - 1) / together;
+}
+
 void clast_gpu_fit_clusters(clast_gpu_commands *commands, const clast_gpu_fit *fit);
 
 #endif

@@ -52,6 +52,13 @@ clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit
 void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, clast_shader shader,
                             const clast_span_range *range, bool keep)
 {
+    clast_vulkan_call_spans(device, commands, range, keep,
+                            (clast_gpu_call){.shader = shader, .groups = range->groups});
+}
+
+void clast_vulkan_call_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, const clast_span_range *range,
+                             bool keep, clast_gpu_call call)
+{
     if (range->groups == 0) {
         return;
     }
@@ -60,8 +67,9 @@ void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *comm
                             .templates = clast_vulkan_topologies(device)->templates.address,
                             .span_count = (uint32_t)range->count,
                             .keep = keep ? 1 : 0};
-    clast_gpu_run(commands, &(clast_gpu_call){
-                                .shader = shader, .push = &push, .push_bytes = sizeof push, .groups = range->groups});
+    call.push = &push;
+    call.push_bytes = sizeof push;
+    clast_gpu_run(commands, &call);
 }
 
 // ------------------------------------------------------------------------------------------------------------- count

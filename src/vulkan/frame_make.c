@@ -5,6 +5,7 @@
 
 #include "frame/unit.h"
 #include "shared/cluster.h"
+#include "vulkan/fit.h"
 #include "vulkan/frame_state.h"
 #include "vulkan/sums.h"
 
@@ -198,9 +199,14 @@ static void record_fill(clast_vulkan_frame *device, const make_list *list)
         return;
     }
     clast_gpu_pass(device->commands, "fill");
+    clast_gpu_lanes lanes = clast_gpu_lanes_of(device->gpu);
     for (uint32_t kind = 0; kind < clast_source_kind_count; kind++) {
-        clast_vulkan_run_spans(device, device->commands, CLAST_SHADER_OF_KIND(FRAME_FILL, kind), &list->fills[kind],
-                               false);
+        clast_vulkan_call_spans(device, device->commands, &list->fills[kind], false,
+                                (clast_gpu_call){.shader = CLAST_SHADER_OF_KIND(FRAME_FILL, kind),
+                                                 .constants = {lanes.lanes, lanes.group},
+                                                 .constant_count = 2,
+                                                 .groups = clast_gpu_lane_groups(lanes, list->fills[kind].groups),
+                                                 .subgroup = lanes.lanes});
     }
     clast_gpu_barrier(device->commands);
 }

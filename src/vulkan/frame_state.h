@@ -108,6 +108,9 @@ clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit
 // Runs a kernel over a range of spans.
 void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, clast_shader shader,
                             const clast_span_range *range, bool keep);
+// The same of a call with more than shader and groups.
+void clast_vulkan_call_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, const clast_span_range *range,
+                             bool keep, clast_gpu_call call);
 
 // Uploads the instances where they are not those that the device has; `moves` says whether any is placed anew (frame_place.c).
 clast_status clast_vulkan_write_instances(clast_frame *frame, clast_gpu_commands *commands, bool *moves);

@@ -119,7 +119,7 @@ typedef struct clast_gpu_call {
     uint64_t groups;
     const clast_gpu_buffer *indirect; // null, or where three numbers of groups lie, in place of `groups`
     uint64_t indirect_offset;
-    uint32_t subgroup; // width that it needs; 0 is any
+    uint32_t subgroup; // width that it needs, all of them full; 0 is any
 } clast_gpu_call;
 
 // Begins to record: two of them can be under way, a further one waits for the first. Errors come by clast_gpu_submit.

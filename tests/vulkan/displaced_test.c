@@ -4,6 +4,7 @@
 // that are split many times.
 #include "source/displaced_worlds.h"
 
+#include "vulkan/fit.h"
 #include "vulkan/mirror.h"
 #include "vulkan/test_device.h"
 
@@ -186,10 +187,14 @@ static void compare_vertices(twin *t, const kind_emission *all)
     uint32_t *corners = malloc(corner_bytes);
     probe_push push = {t->units.address, t->corners.address, (uint32_t)all->record_count};
     clast_gpu_commands *commands = begin();
+    clast_gpu_lanes lanes = clast_gpu_lanes_of(device.gpu);
     clast_gpu_run(commands, &(clast_gpu_call){.shader = CLAST_SHADER_PROBE_DISPLACED,
+                                              .constants = {lanes.lanes, lanes.group},
+                                              .constant_count = 2,
                                               .push = &push,
                                               .push_bytes = sizeof push,
-                                              .groups = all->record_count});
+                                              .groups = clast_gpu_lane_groups(lanes, all->record_count),
+                                              .subgroup = lanes.lanes});
     clast_gpu_read(commands, &t->vertices, 0, vertices, all->vertex_count * sizeof *vertices);
     clast_gpu_read(commands, &t->corners, 0, corners, corner_bytes);
     assert_ok(device.context, clast_gpu_finish(commands));
