@@ -10,6 +10,8 @@ struct surface_question
 {
     clast_visibility seen;
     packed3 origin, direction; // of the ray
+    clast_ray_cone cone;
+    uint whole;
 };
 
 struct surface_answer
@@ -20,6 +22,8 @@ struct surface_answer
     clast_bsdf_input surface;
     packed3 absorption, emission;
     packed2 coordinates;
+    clast_ray_cone cone;
+    float bend;
     uint unlit, material, frame_instance, primitive;
     uint accepts, accepts_by_chance, hidden_back;
 };
@@ -46,7 +50,11 @@ void main()
     clast_visibility seen = question.seen;
     vec3 origin = load3(question.origin);
     vec3 direction = load3(question.direction);
-    shading_point point = surface_of_hit(frame, all, seen, direction * -1.0f);
+    finding_ray ray;
+    ray.direction = direction;
+    ray.cone = question.cone;
+    ray.whole = question.whole != 0u;
+    shading_point point = surface_of_hit(frame, all, seen, ray);
     surface_answer answer;
     answer.position = store3(point.position);
     answer.geometric_normal = store3(point.geometric_normal);
@@ -57,6 +65,8 @@ void main()
     answer.absorption = store3(point.absorption);
     answer.emission = store3(point.emission);
     answer.coordinates = store2(point.coordinates);
+    answer.cone = point.cone;
+    answer.bend = point.bend;
     answer.unlit = point.unlit ? 1u : 0u;
     answer.material = point.material;
     answer.frame_instance = point.frame_instance;

@@ -8,8 +8,9 @@ layout(local_size_x = 64) in;
 
 struct texture_question
 {
-    uint material, slot, encoding;
+    uint material, slot, encoding, whole;
     packed2 coordinates[2];
+    clast_footprint footprints[2];
 };
 
 struct texture_answer
@@ -39,7 +40,11 @@ void main()
     material_reference material = material_at(all, question.material);
     vec2 coordinates[2] = vec2[2](load2(question.coordinates[0]), load2(question.coordinates[1]));
     vec4 none = vec4(-1.0f, -2.0f, -3.0f, -4.0f);
-    vec4 value = texture_value(all, material, question.slot, coordinates, question.encoding, none);
+    texture_area area;
+    area.coordinates = coordinates;
+    area.footprints = question.footprints;
+    area.whole = question.whole != 0u;
+    vec4 value = texture_value(all, material, question.slot, area, question.encoding, none);
     texture_answers(push.answers).at[number].value = store4(value);
     texture_answers(push.answers).at[number].alpha = texture_alpha(all, material, question.slot, coordinates);
 }

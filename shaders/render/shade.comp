@@ -24,6 +24,7 @@ struct path_state
     vec3 direction;
     float density;
     float alpha_floor;
+    clast_ray_cone cone; // around its ray, where that began
 };
 
 path_state load_path(uint path)
@@ -49,6 +50,11 @@ path_state load_path(uint path)
         state.shares.emitters = shares[2];
         state.density = load_piece(PATH_ORIGIN, path)[3];
         state.alpha_floor = direction[3];
+        vec4 cone = load_piece(PATH_CONE, path);
+        state.cone.width = cone[0];
+        state.cone.spread = cone[1];
+    } else {
+        state.cone = camera_cone(frame_of_render().of.camera, render_of().of.height, state.direction, push.sample_number);
     }
     return state;
 }
@@ -66,6 +72,7 @@ void store_ray(uint path, path_state state, vec3 origin)
                 state.absorption[2]);
     store_piece(PATH_ORIGIN, path, origin, state.density);
     store_piece(PATH_DIRECTION, path, state.direction, state.alpha_floor);
+    store_piece(PATH_CONE, path, vec3(state.cone.width, state.cone.spread, 0.0f), 0.0f);
 }
 
 // Light that was scattered once is what shadow rays from the first surface bring, and what the first scattered ray meets.
@@ -162,6 +169,7 @@ bool follow(uint path, uint seed, path_state state, clast_path_surface at, clast
         state.direction = load3(made.direction);
         state.density = made.density;
         state.alpha_floor = made.alpha_floor;
+        state.cone = cone_scattered(point.cone, point.bend, made.passes != 0u, made.density, push.sample_number);
         store_ray(path, state, beside_surface(at, state.direction));
     }
     store_radiance(path, state);
@@ -270,7 +278,11 @@ uint step_path(uint path, clast_path_pixel pixel)
         if (largest3(state.absorption) > 0.0f) {
             state.throughput = state.throughput * passed_through(state.absorption, seen.distance);
         }
-        shading_point point = surface_of_hit(room.frame, room.materials, seen, state.direction * -1.0f);
+        finding_ray ray;
+        ray.direction = state.direction;
+        ray.cone = state.cone;
+        ray.whole = push.sample_number == 0u;
+        shading_point point = surface_of_hit(room.frame, room.materials, seen, ray);
         if (push.bounce == 0u) {
             add_surface_views(pixel, point);
         }

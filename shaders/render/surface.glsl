@@ -21,6 +21,8 @@ struct shading_point
     bool unlit;
     vec3 emission;
     vec2 coordinates;
+    clast_ray_cone cone; // of the sample, here
+    float bend;          // the surface's curvature times the cone's width
     uint material;
     uint frame_instance;
     uint primitive;
@@ -31,6 +33,15 @@ struct found_surface
 {
     shading_point point; // lacks what the material says, and its geometric normal is the front's
     source_surface surface;
+    texture_area area;
+};
+
+// The ray that found it, as far as that matters to what is seen there.
+struct finding_ray
+{
+    vec3 direction;      // unit length
+    clast_ray_cone cone; // where the ray began
+    bool whole;          // texture_area.whole
 };
 
 // What reads a surface's textures.
@@ -38,12 +49,12 @@ struct texture_reader
 {
     materials_reference all;
     material_reference material;
-    vec2 coordinates[2];
+    texture_area area;
 };
 
 vec4 read_texture(texture_reader reader, uint slot, uint encoding)
 {
-    return texture_value(reader.all, reader.material, slot, reader.coordinates, encoding, vec4(1.0f, 1.0f, 1.0f, 1.0f));
+    return texture_value(reader.all, reader.material, slot, reader.area, encoding, vec4(1.0f, 1.0f, 1.0f, 1.0f));
 }
 
 vec3 read_colour(texture_reader reader, uint slot)
@@ -87,7 +98,22 @@ source_hit locate_hit(frame_reference frame, uint frame_instance, uint cluster, 
     return hit;
 }
 
-found_surface find_surface(frame_reference frame, materials_reference all, clast_visibility seen)
+// How much of its textures a ray's cone covers.
+texture_area area_of(source_surface surface, clast_transform to_object, finding_ray ray, inout shading_point point)
+{
+    clast_cone_axes axes = cone_axes(point.geometric_normal, ray.direction, point.cone.width);
+    vec3 first = transform_vector(to_object, load3(axes.first));
+    vec3 second = transform_vector(to_object, load3(axes.second));
+    point.bend = surface.curvature * length3(second);
+    texture_area area;
+    area.coordinates = surface.coordinates;
+    area.footprints[0] = footprint_of(surface.gradients[0], first, second);
+    area.footprints[1] = footprint_of(surface.gradients[1], first, second);
+    area.whole = ray.whole;
+    return area;
+}
+
+found_surface find_surface(frame_reference frame, materials_reference all, clast_visibility seen, finding_ray ray)
 {
     found_surface found;
     found.point.frame_instance = frame_instance_of(frame, seen.instance);
@@ -103,18 +129,23 @@ found_surface find_surface(frame_reference frame, materials_reference all, clast
     found.surface = source_evaluate(hit.unit, hit.point);
     found.point.material = found.surface.material < all.of.material_count ? found.surface.material : 0u;
     found.point.primitive = hit.point.primitive;
+    found.point.cone = cone_at(ray.cone, seen.distance);
+    found.area = area_of(found.surface, instance.of.to_object, ray, found.point);
     return found;
 }
 
 // ------------------------------------------------------------------------------------------------------------ normals
 
-vec3 map_normal(texture_reader reader, uint slot, float scale, clast_basis axes)
+// A mapped normal. What the map's normals differ by, where several count, is added to the roughness.
+vec3 map_normal(texture_reader reader, uint slot, float scale, clast_basis axes, inout float roughness)
 {
     if (!has_texture(reader.material, slot) || !has_axes(axes)) {
         return load3(axes.z);
     }
-    return mapped_normal(axes, scale, texture_value(reader.all, reader.material, slot, reader.coordinates,
-                                                    ENCODING_LINEAR, vec4(0.5f, 0.5f, 1.0f, 1.0f)));
+    vec4 texel = texture_value(reader.all, reader.material, slot, reader.area, ENCODING_NORMAL,
+                               vec4(0.5f, 0.5f, 1.0f, 0.0f));
+    roughness = widened_roughness(roughness, texel[3], scale);
+    return mapped_normal(axes, scale, texel);
 }
 
 // Highlights stretch along the tangent, turned by the material and its texture (KHR_materials_anisotropy).
@@ -124,7 +155,7 @@ void turn_highlights(texture_reader reader, clast_basis axes, inout shading_poin
     stretch.along = reader.material.of.record.anisotropy_direction;
     stretch.strength = reader.material.of.record.anisotropy;
     if (has_texture(reader.material, SLOT_ANISOTROPY)) {
-        vec4 texel = texture_value(reader.all, reader.material, SLOT_ANISOTROPY, reader.coordinates, ENCODING_LINEAR,
+        vec4 texel = texture_value(reader.all, reader.material, SLOT_ANISOTROPY, reader.area, ENCODING_LINEAR,
                                    vec4(1.0f, 0.5f, 1.0f, 1.0f));
         stretch = stretch_by_texel(load2(stretch.along), stretch.strength, texel);
     }
@@ -142,7 +173,7 @@ void shade_normals(texture_reader reader, clast_transform to_world, clast_transf
     vec3 normal = instance_normal(to_object, surface.normal, point.geometric_normal);
     clast_basis axes = map_axes(to_world, surface.tangent, surface.bitangent_sign, normal);
     float side = normal_side(normal, point.geometric_normal);
-    vec3 mapped = map_normal(reader, SLOT_NORMAL, material.of.record.normal_scale, axes);
+    vec3 mapped = map_normal(reader, SLOT_NORMAL, material.of.record.normal_scale, axes, point.surface.base.roughness);
     point.normal = shading_normal_repair(mapped * side, point.geometric_normal, view);
     point.frame = basis_around(point.normal);
     uint layers = material.of.record.layers;
@@ -150,7 +181,8 @@ void shade_normals(texture_reader reader, clast_transform to_world, clast_transf
         turn_highlights(reader, axes, point);
     }
     if ((layers & MATERIAL_CLEARCOAT) != 0u) {
-        vec3 coat = map_normal(reader, SLOT_CLEARCOAT_NORMAL, material.of.record.clearcoat_normal_scale, axes);
+        vec3 coat = map_normal(reader, SLOT_CLEARCOAT_NORMAL, material.of.record.clearcoat_normal_scale, axes,
+                               point.surface.clearcoat_roughness);
         coat = shading_normal_repair(coat * side, point.geometric_normal, view);
         point.surface.clearcoat_normal = store3(to_basis(point.frame, coat));
     }
@@ -211,7 +243,7 @@ void shade_material(texture_reader reader, vec4 colour, bool is_back, inout shad
     }
     point.emission = emission_of(reader);
     point.unlit = material.of.record.unlit != 0u;
-    point.coordinates = reader.coordinates[0];
+    point.coordinates = reader.area.coordinates[0];
 }
 
 // Completes a point. `view` is the unit vector towards where the ray came from.
@@ -224,17 +256,17 @@ void shade_surface(frame_reference frame, materials_reference all, vec3 view, in
     texture_reader reader;
     reader.all = all;
     reader.material = material_at(all, found.point.material);
-    reader.coordinates = found.surface.coordinates;
+    reader.area = found.area;
     shade_material(reader, found.surface.colour, is_back, found.point);
     instance_reference instance = instance_at(frame, found.point.frame_instance);
     shade_normals(reader, instance.of.to_world, instance.of.to_object, found.surface, view, found.point);
 }
 
 // Both.
-shading_point surface_of_hit(frame_reference frame, materials_reference all, clast_visibility seen, vec3 view)
+shading_point surface_of_hit(frame_reference frame, materials_reference all, clast_visibility seen, finding_ray ray)
 {
-    found_surface found = find_surface(frame, all, seen);
-    shade_surface(frame, all, view, found);
+    found_surface found = find_surface(frame, all, seen, ray);
+    shade_surface(frame, all, ray.direction * -1.0f, found);
     return found.point;
 }
 
@@ -247,7 +279,7 @@ vec3 emission_at(frame_reference frame, materials_reference all, uint frame_inst
     reader.material = material_at(all, material);
     if (has_texture(reader.material, SLOT_EMISSIVE)) {
         unit_reference unit = unit_at(load_address(frame.of.units), instance_at(frame, frame_instance).of.unit);
-        reader.coordinates = source_evaluate(unit, point).coordinates;
+        reader.area = texture_point(source_evaluate(unit, point).coordinates);
     }
     return emission_of(reader);
 }

@@ -7,6 +7,7 @@
 #include "render/tables.glsl"
 #include "textures.glsl"
 #include "shared/device_materials.h"
+#include "shared/ray_cone.h"
 
 ARRAY_OF(addresses, packed_address, 4)
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer materials_reference { clast_device_materials of; };
@@ -35,7 +36,7 @@ FN float texel_number(float stored, uint type)
 FN float texel_colour(materials_reference all, float stored, uint type, uint encoding)
 {
     float colour = texel_number(stored, type);
-    if (encoding == ENCODING_SRGB) {
+    if (encoding_is_srgb(encoding)) {
         if (type == CLAST_PIXEL_UNORM8) {
             colour = floats(load_address(all.of.linear8)).at[to_uint(stored * 255.0f + 0.5f)];
         } else if (type == CLAST_PIXEL_UNORM16) {
@@ -59,20 +60,20 @@ vec4 fetch_compressed_texel(materials_reference all, clast_device_image image, u
     return vec4(unorm8(texel & 255u), unorm8(texel >> 8u & 255u), unorm8(texel >> 16u & 255u), unorm8(texel >> 24u));
 }
 
-vec4 fetch_texel(materials_reference all, clast_device_image image, uint x, uint y)
+vec4 fetch_texel(materials_reference all, clast_device_image image, uint level, uint x, uint y)
 {
     if (format_block(image.format) != BLOCK_NONE) {
         return fetch_compressed_texel(all, image, x, y);
     }
-    return texelFetch(textures[nonuniformEXT(image.texture)], ivec2(x, y), 0);
+    return texelFetch(textures[nonuniformEXT(image.texture)], ivec2(x, y), int(level));
 }
 
-// As red, green, blue, alpha: grey counts for all colours, a missing alpha is one.
-vec4 image_texel(materials_reference all, clast_device_image image, uint x, uint y, uint encoding)
+// As red, green, blue, alpha: grey counts for all colours, a missing alpha is one. `level` is of the device's texture.
+vec4 level_texel(materials_reference all, clast_device_image image, uint level, uint x, uint y, uint encoding)
 {
     uint channels = format_channels(image.format);
     uint type = format_type(image.format);
-    vec4 stored = fetch_texel(all, image, x, y);
+    vec4 stored = fetch_texel(all, image, level, x, y);
     float first = texel_colour(all, stored[0], type, encoding);
     vec4 texel = vec4(first, first, first, 1.0f);
     if (channels >= 3u) {
@@ -85,13 +86,19 @@ vec4 image_texel(materials_reference all, clast_device_image image, uint x, uint
     return texel;
 }
 
+vec4 level_blend(materials_reference all, clast_device_image image, uint level, clast_texel_pair x, clast_texel_pair y,
+                 uint encoding)
+{
+    vec4 upper = blend_texels(level_texel(all, image, level, x.first, y.first, encoding),
+                              level_texel(all, image, level, x.second, y.first, encoding), x.weight);
+    vec4 lower = blend_texels(level_texel(all, image, level, x.first, y.second, encoding),
+                              level_texel(all, image, level, x.second, y.second, encoding), x.weight);
+    return blend_texels(upper, lower, y.weight);
+}
+
 vec4 image_blend(materials_reference all, clast_device_image image, clast_texel_pair x, clast_texel_pair y, uint encoding)
 {
-    vec4 upper = mix4(image_texel(all, image, x.first, y.first, encoding),
-                      image_texel(all, image, x.second, y.first, encoding), x.weight);
-    vec4 lower = mix4(image_texel(all, image, x.first, y.second, encoding),
-                      image_texel(all, image, x.second, y.second, encoding), x.weight);
-    return mix4(upper, lower, y.weight);
+    return level_blend(all, image, 0u, x, y, encoding);
 }
 
 // ----------------------------------------------------------------------------------------------------------- textures
@@ -113,40 +120,101 @@ clast_texel_pair texels_along(float coordinate, uint wrap, uint size, uint kind)
     return texels;
 }
 
-texture_place place_in_texture(clast_device_texture_use use, vec2 coordinates[2])
+// On a level of so many texels. The texture's own filter counts on the finest.
+texture_place place_on_level(clast_device_texture_use use, vec2 at, uint level)
 {
-    vec2 at = device_coordinates(use, reading_set(use.reading) != 0u ? coordinates[1] : coordinates[0]);
-    uint kind = reading_filter(use.reading);
+    uint kind = level == 0u ? reading_filter(use.reading) : CLAST_FILTER_LINEAR;
     texture_place place;
-    place.x = texels_along(at[0], reading_wrap_u(use.reading), size_width(use.image.size), kind);
-    place.y = texels_along(at[1], reading_wrap_v(use.reading), size_height(use.image.size), kind);
+    place.x = texels_along(at[0], reading_wrap_u(use.reading), max_uint(size_width(use.image.size) >> level, 1u), kind);
+    place.y = texels_along(at[1], reading_wrap_v(use.reading), max_uint(size_height(use.image.size) >> level, 1u), kind);
     return place;
+}
+
+// Where a point of a surface is in textures, and how much of them a sample sees there: clast_texture_area.
+struct texture_area
+{
+    vec2 coordinates[2];
+    clast_footprint footprints[2];
+    bool whole;
+};
+
+// A point, as the finest level has it.
+texture_area texture_point(vec2 coordinates[2])
+{
+    texture_area area;
+    area.coordinates = coordinates;
+    area.footprints[0] = area.footprints[1] = no_footprint();
+    area.whole = false;
+    return area;
+}
+
+clast_texture_taps taps_of(clast_device_texture_use use, clast_footprint footprint, bool whole)
+{
+    clast_footprint there;
+    there.first = store2(device_difference(use, load2(footprint.first)));
+    there.second = store2(device_difference(use, load2(footprint.second)));
+    return texture_taps(there, size_width(use.image.size), size_height(use.image.size), use.level_count, whole);
 }
 
 bool has_texture(material_reference material, uint slot) { return material.of.uses[slot].image.texture != CLAST_NONE; }
 
-// A material's texture at a surface's coordinates; `otherwise` where there is none.
-vec4 texture_value(materials_reference all, material_reference material, uint slot, vec2 coordinates[2], uint encoding,
+vec4 read_level(materials_reference all, clast_device_texture_use use, vec2 at, uint level, uint encoding)
+{
+    texture_place place = place_on_level(use, at, level);
+    clast_device_image image = use.image;
+    if (level != 0u) {
+        image = use.levels;
+    }
+    vec4 value = level_blend(all, image, level != 0u ? level - 1u : 0u, place.x, place.y, encoding);
+    if (level == 0u && encoding == ENCODING_NORMAL) {
+        value[3] = 0.0f;
+    }
+    return value;
+}
+
+// A material's texture at a place of a surface; `otherwise` where there is none. Of a normal map, the fourth value is what the
+// mean normal's length lacks of one. One loop goes over all points and both levels of each, as reading a level is long.
+vec4 texture_value(materials_reference all, material_reference material, uint slot, texture_area area, uint encoding,
                    vec4 otherwise)
 {
     if (!has_texture(material, slot)) {
         return otherwise;
     }
     clast_device_texture_use use = material.of.uses[slot];
-    texture_place place = place_in_texture(use, coordinates);
-    if (reading_filter(use.reading) == CLAST_FILTER_NEAREST) {
-        return image_texel(all, use.image, place.x.first, place.y.first, encoding);
+    bool is_second = reading_set(use.reading) != 0u;
+    clast_footprint footprint = area.footprints[0];
+    if (is_second) {
+        footprint = area.footprints[1];
     }
-    return image_blend(all, use.image, place.x, place.y, encoding);
+    clast_texture_taps taps = taps_of(use, footprint, area.whole);
+    vec2 at = device_coordinates(use, is_second ? area.coordinates[1] : area.coordinates[0]) + load2(taps.first);
+    uint level = to_uint(taps.level);
+    precise float part = taps.level - to_float(level);
+    uint shift = part > 0.0f ? 1u : 0u;
+    bool joins_normals = taps.count > 1u && encoding == ENCODING_NORMAL;
+    vec4 mean = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    vec4 finer = mean;
+    [[dont_unroll]] for (uint i = 0u; i < taps.count << shift; i++) {
+        uint coarser = i & shift;
+        vec4 value = read_level(all, use, at, level + coarser, encoding);
+        if (coarser != shift) {
+            finer = value;
+            continue;
+        }
+        value = shift != 0u ? blend_texels(finer, value, part) : value;
+        mean = mean_with(mean, joins_normals ? normal_tap(value) : value, i >> shift);
+        at = at + load2(taps.step);
+    }
+    return joins_normals ? normal_of_taps(mean) : mean;
 }
 
 float image_alpha(materials_reference all, clast_device_image image, uint x, uint y)
 {
-    vec4 stored = fetch_texel(all, image, x, y);
+    vec4 stored = fetch_texel(all, image, 0u, x, y);
     return texel_number(format_channels(image.format) == 2u ? stored[1] : stored[3], format_type(image.format));
 }
 
-// Its alpha alone.
+// The alpha alone, on the finest level.
 float texture_alpha(materials_reference all, material_reference material, uint slot, vec2 coordinates[2])
 {
     if (!has_texture(material, slot)) {
@@ -157,7 +225,8 @@ float texture_alpha(materials_reference all, material_reference material, uint s
     if (channels == 1u || channels == 3u) {
         return 1.0f;
     }
-    texture_place place = place_in_texture(use, coordinates);
+    vec2 at = device_coordinates(use, reading_set(use.reading) != 0u ? coordinates[1] : coordinates[0]);
+    texture_place place = place_on_level(use, at, 0u);
     float alpha = image_alpha(all, use.image, place.x.first, place.y.first);
     if (reading_filter(use.reading) != CLAST_FILTER_NEAREST) {
         float upper = mix1(alpha, image_alpha(all, use.image, place.x.second, place.y.first), place.x.weight);

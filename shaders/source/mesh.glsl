@@ -76,9 +76,9 @@ vec4 mesh_blended4(uint64_t values, uvec3 corners, vec3 weights)
                        mesh_value4(values, corners[2]), weights);
 }
 
-clast_mesh_texture mesh_texture_of(unit_reference unit, uvec3 corners)
+clast_mesh_texture mesh_texture_of(unit_reference unit, uint set, uvec3 corners)
 {
-    uint64_t values = array_of(unit, MESH_ARRAY_COORDINATES_0);
+    uint64_t values = array_of(unit, MESH_ARRAY_COORDINATES_0 + set);
     vec2 zero = vec2(0.0f, 0.0f);
     bool there = values != 0ul;
     return mesh_texture(there ? mesh_value2(values, corners[0]) : zero, there ? mesh_value2(values, corners[1]) : zero,
@@ -105,12 +105,21 @@ void mesh_set_frame(inout source_surface surface, unit_reference unit, uvec3 cor
     uint64_t tangents = mesh_tangents(unit);
     clast_mesh_edges edges = mesh_edges(mesh_value3(positions, corners[0], 3u), mesh_value3(positions, corners[1], 3u),
                                         mesh_value3(positions, corners[2], 3u));
-    clast_mesh_texture texture_edges = mesh_texture_of(unit, corners);
+    clast_mesh_texture texture_edges = mesh_texture_of(unit, 0u, corners);
     surface.geometric_normal = mesh_edges_normal(edges);
-    surface.texels_per_length = mesh_texels_per_length(edges, texture_edges);
     surface.normal = surface.geometric_normal;
+    surface.curvature = 0.0f;
     if (normals != 0ul) {
-        surface.normal = mesh_normal(mesh_blended3(normals, corners, 3u, weights), surface.geometric_normal);
+        vec3 a = mesh_value3(normals, corners[0], 3u);
+        vec3 b = mesh_value3(normals, corners[1], 3u);
+        vec3 c = mesh_value3(normals, corners[2], 3u);
+        surface.normal = mesh_normal(mesh_blend3(a, b, c, weights), surface.geometric_normal);
+        surface.curvature = mesh_curvature(edges, a, b, c);
+    }
+    surface.gradients[0] = mesh_texture_gradient(edges, texture_edges);
+    surface.gradients[1] = no_texture_gradient();
+    if (array_of(unit, MESH_ARRAY_COORDINATES_0 + 1u) != 0ul) {
+        surface.gradients[1] = mesh_texture_gradient(edges, mesh_texture_of(unit, 1u, corners));
     }
     vec4 tangent = mesh_texture_tangent(edges, texture_edges);
     surface.tangent = vec3(tangent[0], tangent[1], tangent[2]);

@@ -49,6 +49,7 @@
 
 #include "gpu.glsl"
 #include "shared/device.h"
+#include "shared/texture_filter.h"
 
 // A unit, where it lies: unit.of.kind. Records of its size are not handed about.
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer unit_reference { clast_device_unit of; };
@@ -81,7 +82,8 @@ struct source_surface
     float bitangent_sign;
     vec2 coordinates[2];
     vec4 colour;
-    float texels_per_length; // texture coordinate area over surface area, root of: for filtering; 0 unknown
+    clast_texture_gradient gradients[2]; // of these; zero where they do not tell
+    float curvature;                     // mesh_curvature(); 0 where it is not known
     uint material;
 };
 

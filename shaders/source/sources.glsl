@@ -53,7 +53,8 @@ source_surface source_evaluate(unit_reference unit, clast_surface_point point)
     nothing.coordinates[0] = nothing.coordinates[1] = splat2(0.0f);
     nothing.colour = vec4(1.0f, 1.0f, 1.0f, 1.0f);
     nothing.bitangent_sign = 1.0f;
-    nothing.texels_per_length = 0.0f;
+    nothing.gradients[0] = nothing.gradients[1] = no_texture_gradient();
+    nothing.curvature = 0.0f;
     nothing.material = 0u;
     return nothing;
 }

@@ -62,7 +62,10 @@ source_surface evaluate_wave(unit_reference unit, clast_surface_point point)
     surface.coordinates[0] = coordinates;
     surface.coordinates[1] = coordinates;
     surface.colour = vec4(1.0f, 1.0f, 1.0f, 1.0f);
-    surface.texels_per_length = scale;
+    surface.gradients[0].u = store3(vec3(scale, 0.0f, 0.0f));
+    surface.gradients[0].v = store3(vec3(0.0f, 0.0f, scale));
+    surface.gradients[1] = surface.gradients[0];
+    surface.curvature = 0.0f;
     surface.material = sheet.material;
     return surface;
 }

@@ -2,6 +2,7 @@
 // What a committed scene takes.
 #include "api/renderer.h"
 #include "base/thread.h"
+#include "render/levels.h"
 
 static uint64_t image_bytes(const clast_image *image)
 {
@@ -25,6 +26,7 @@ static uint64_t scene_bytes(const clast_scene *scene)
     for (size_t i = 0; i < scene->image_count; i++) {
         bytes += image_bytes(&scene->images[i].image);
     }
+    bytes += clast_level_bytes(scene);
     for (size_t i = 0; i < scene->geometry_count; i++) {
         if (clast_geometry_is_mesh(&scene->geometries[i])) {
             bytes += mesh_bytes(&scene->geometries[i].of.mesh);

@@ -96,7 +96,8 @@ static vec3 mean_emission(const clast_lights *lights, const clast_emitter *emitt
     for (int i = 0; i < 4; i++) {
         clast_surface_point point = {.primitive = emitter->primitive, .coordinates = {{points[i][0], points[i][1]}}};
         clast_source_surface surface = clast_source_of(unit->unit)->evaluate(unit->unit, &unit->pose, point);
-        sum = sum + clast_emission(frame->scene, material, surface.coordinates, lights->table) * 0.25f;
+        clast_texture_area area = clast_texture_point(surface.coordinates);
+        sum = sum + clast_emission(frame->scene, material, &area, lights->table) * 0.25f;
     }
     // Dark where it was looked at: there may be light beside.
     return max3(sum, load3(material->emissive) * 0.02f);
@@ -335,7 +336,8 @@ static vec3 emission_at(const clast_lights *lights, const clast_emitter *emitter
     }
     clast_surface_point point = {.primitive = emitter->primitive, .coordinates = store2(weights)};
     clast_source_surface surface = clast_source_of(unit->unit)->evaluate(unit->unit, &unit->pose, point);
-    return clast_emission(frame->scene, material, surface.coordinates, lights->table);
+    clast_texture_area area = clast_texture_point(surface.coordinates);
+    return clast_emission(frame->scene, material, &area, lights->table);
 }
 
 static clast_light_sample sample_emitter(const clast_lights *lights, const clast_light_shares *shares, vec3 position,

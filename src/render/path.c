@@ -90,6 +90,7 @@ static bool sample_direction(const clast_render_target *target, clast_path *path
     path->direction = load3(step.direction);
     path->density = step.density;
     path->alpha_floor = step.alpha_floor;
+    path->cone = cone_scattered(point->cone, point->bend, step.passes != 0, step.density, target->sample);
     if (step.passes != 0) {
         path->absorption = of->bsdf.thin != 0 || point->surface.inside != 0 ? splat3(0.0f) : point->absorption;
     }
@@ -326,6 +327,7 @@ static void begin_paths(tile_job *job, clast_tile tile)
             .radiance = splat3(0.0f),
             .direct = splat3(0.0f),
             .direction = load3(ray.direction),
+            .cone = camera_cone(job->frame->settings.camera, target->height, load3(ray.direction), target->sample),
             .pixel = pixel,
             .seed = pixel_seed(target, at.x, at.y),
         };
@@ -346,7 +348,9 @@ static void step_paths(tile_job *job, uint32_t bounce)
         clast_found_surface found[SURFACES];
         for (uint32_t i = first; i < end; i++) {
             if (scratch->seen[i].instance != CLAST_NONE) {
-                found[i - first] = clast_find_surface(job->frame, &scratch->seen[i]);
+                const clast_path *path = &scratch->paths[i];
+                clast_finding_ray ray = {path->direction, path->cone, job->target->sample == 0};
+                found[i - first] = clast_find_surface(job->frame, &scratch->seen[i], &ray);
             }
         }
         for (uint32_t i = first; i < end; i++) {

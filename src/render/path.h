@@ -26,6 +26,7 @@ typedef struct clast_path {
     vec3 absorption;           // of the volume that the ray is in
     float density;             // with which it was chosen, by solid angle
     float alpha_floor;         // least width of the lobes to come
+    clast_ray_cone cone;       // around that ray, where it began
     uint32_t pixel;
     uint32_t seed;
 } clast_path;

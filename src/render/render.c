@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/thread.h"
+#include "render/levels.h"
 #include "render/path.h"
 #include "render/scatter.h"
 
@@ -56,6 +57,10 @@ static clast_status begin(clast_frame *frame, const clast_backend *backend, clas
         return status;
     }
     double start = clast_clock();
+    status = clast_make_levels(frame->scene);
+    if (status != CLAST_OK) {
+        return status;
+    }
     status = clast_lights_create(frame, &target->srgb, &target->lights);
     if (status == CLAST_OK) {
         status = clast_scatter_create(frame->scene, &target->scatter);

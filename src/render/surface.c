@@ -2,6 +2,8 @@
 // Surfaces: sources give attributes, materials and their textures give the rest.
 #include "render/surface.h"
 
+#include "shared/device_materials.h"
+
 clast_visibility clast_visibility_of_hit(const clast_hit *hit)
 {
     vec3 normal = visible_normal(vec3(hit->normal[0], hit->normal[1], hit->normal[2]));
@@ -39,77 +41,17 @@ static void place_point(const clast_frame_unit *unit, const clast_frame_instance
     point->offset = place.offset;
 }
 
-static vec3 map_normal(const clast_scene *scene, const clast_texture_use *use, float scale,
-                       const clast_source_surface *surface, const clast_srgb_table *table, const clast_basis *axes)
-{
-    if (use->texture == CLAST_NONE || !has_axes(*axes)) {
-        return load3(axes->z);
-    }
-    vec4 texel = clast_texture_value(scene, *use, surface->coordinates, CLAST_ENCODING_LINEAR, table,
-                                     vec4(0.5f, 0.5f, 1.0f, 1.0f));
-    return mapped_normal(*axes, scale, texel);
-}
-
-// Highlights stretch along the tangent, turned by the material and its texture (KHR_materials_anisotropy).
-static void turn_highlights(const clast_scene *scene, const clast_material *material,
-                            const clast_source_surface *surface, const clast_srgb_table *table, const clast_basis *axes,
-                            clast_shading_point *point)
-{
-    clast_stretch stretch = {material->anisotropy_direction, material->anisotropy};
-    if (material->anisotropy_texture.texture != CLAST_NONE) {
-        vec4 texel = clast_texture_value(scene, material->anisotropy_texture, surface->coordinates,
-                                         CLAST_ENCODING_LINEAR, table, vec4(1.0f, 0.5f, 1.0f, 1.0f));
-        stretch = stretch_by_texel(load2(stretch.along), stretch.strength, texel);
-    }
-    vec3 direction = stretch_direction(*axes, load2(stretch.along), point->normal);
-    if (dot3(direction, direction) > 0.0f) {
-        point->surface.base.anisotropy = stretch.strength;
-        point->frame = stretch_basis(direction, point->normal);
-    }
-}
-
-static void shade_normals(const clast_scene *scene, const clast_material *material, const clast_source_surface *surface,
-                          const clast_frame_instance *instance, const clast_srgb_table *table, vec3 view,
-                          clast_shading_point *point)
-{
-    vec3 normal = instance_normal(instance->to_object, surface->normal, point->geometric_normal);
-    clast_basis axes = map_axes(instance->to_world, surface->tangent, surface->bitangent_sign, normal);
-    float side = normal_side(normal, point->geometric_normal);
-    vec3 mapped = map_normal(scene, &material->normal_texture, material->normal_scale, surface, table, &axes);
-    point->normal = shading_normal_repair(mapped * side, point->geometric_normal, view);
-    point->frame = basis_around(point->normal);
-    if ((material->layers & MATERIAL_ANISOTROPY) != 0 && has_axes(axes)) {
-        turn_highlights(scene, material, surface, table, &axes, point);
-    }
-    if ((material->layers & MATERIAL_CLEARCOAT) != 0) {
-        vec3 coat = map_normal(scene, &material->clearcoat_normal_texture, material->clearcoat_normal_scale, surface,
-                               table, &axes);
-        coat = shading_normal_repair(coat * side, point->geometric_normal, view);
-        point->surface.clearcoat_normal = store3(to_basis(point->frame, coat));
-    }
-}
-
-vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2],
-                    const clast_srgb_table *table)
-{
-    vec3 emission = load3(material->emissive);
-    if (largest3(emission) > 0.0f && material->emissive_texture.texture != CLAST_NONE) {
-        vec4 texel = clast_texture_value(scene, material->emissive_texture, coordinates, CLAST_ENCODING_SRGB, table,
-                                         vec4(1.0f, 1.0f, 1.0f, 1.0f));
-        emission = emission * texture_colour(texel);
-    }
-    return emission;
-}
-
+// What reads a surface's textures.
 typedef struct texture_reader {
     const clast_scene *scene;
     const clast_source_surface *surface;
+    const clast_texture_area *area;
     const clast_srgb_table *table;
 } texture_reader;
 
 static vec4 read_texture(const texture_reader *reader, const clast_texture_use *use, clast_encoding encoding)
 {
-    return clast_texture_value(reader->scene, *use, reader->surface->coordinates, encoding, reader->table,
+    return clast_texture_value(reader->scene, *use, reader->area, encoding, reader->table,
                                vec4(1.0f, 1.0f, 1.0f, 1.0f));
 }
 
@@ -121,6 +63,70 @@ static vec3 read_colour(const texture_reader *reader, const clast_texture_use *u
 static float read_factor(const texture_reader *reader, const clast_texture_use *use, int channel, float factor)
 {
     return texture_factor(factor, read_texture(reader, use, CLAST_ENCODING_LINEAR)[channel]);
+}
+
+// A mapped normal. What the map's normals differ by, where several count, is added to the roughness.
+static vec3 map_normal(const texture_reader *reader, const clast_texture_use *use, float scale, const clast_basis *axes,
+                       float *roughness)
+{
+    if (use->texture == CLAST_NONE || !has_axes(*axes)) {
+        return load3(axes->z);
+    }
+    vec4 texel = clast_texture_value(reader->scene, *use, reader->area, CLAST_ENCODING_NORMAL, reader->table,
+                                     vec4(0.5f, 0.5f, 1.0f, 0.0f));
+    *roughness = widened_roughness(*roughness, texel[3], scale);
+    return mapped_normal(*axes, scale, texel);
+}
+
+// Highlights stretch along the tangent, turned by the material and its texture (KHR_materials_anisotropy).
+static void turn_highlights(const texture_reader *reader, const clast_material *material, const clast_basis *axes,
+                            clast_shading_point *point)
+{
+    clast_stretch stretch = {material->anisotropy_direction, material->anisotropy};
+    if (material->anisotropy_texture.texture != CLAST_NONE) {
+        vec4 texel = clast_texture_value(reader->scene, material->anisotropy_texture, reader->area,
+                                         CLAST_ENCODING_LINEAR, reader->table, vec4(1.0f, 0.5f, 1.0f, 1.0f));
+        stretch = stretch_by_texel(load2(stretch.along), stretch.strength, texel);
+    }
+    vec3 direction = stretch_direction(*axes, load2(stretch.along), point->normal);
+    if (dot3(direction, direction) > 0.0f) {
+        point->surface.base.anisotropy = stretch.strength;
+        point->frame = stretch_basis(direction, point->normal);
+    }
+}
+
+static void shade_normals(const texture_reader *reader, const clast_material *material,
+                          const clast_frame_instance *instance, vec3 view, clast_shading_point *point)
+{
+    const clast_source_surface *surface = reader->surface;
+    vec3 normal = instance_normal(instance->to_object, surface->normal, point->geometric_normal);
+    clast_basis axes = map_axes(instance->to_world, surface->tangent, surface->bitangent_sign, normal);
+    float side = normal_side(normal, point->geometric_normal);
+    vec3 mapped = map_normal(reader, &material->normal_texture, material->normal_scale, &axes,
+                             &point->surface.base.roughness);
+    point->normal = shading_normal_repair(mapped * side, point->geometric_normal, view);
+    point->frame = basis_around(point->normal);
+    if ((material->layers & MATERIAL_ANISOTROPY) != 0 && has_axes(axes)) {
+        turn_highlights(reader, material, &axes, point);
+    }
+    if ((material->layers & MATERIAL_CLEARCOAT) != 0) {
+        vec3 coat = map_normal(reader, &material->clearcoat_normal_texture, material->clearcoat_normal_scale, &axes,
+                               &point->surface.clearcoat_roughness);
+        coat = shading_normal_repair(coat * side, point->geometric_normal, view);
+        point->surface.clearcoat_normal = store3(to_basis(point->frame, coat));
+    }
+}
+
+vec3 clast_emission(const clast_scene *scene, const clast_material *material, const clast_texture_area *area,
+                    const clast_srgb_table *table)
+{
+    vec3 emission = load3(material->emissive);
+    if (largest3(emission) > 0.0f && material->emissive_texture.texture != CLAST_NONE) {
+        vec4 texel = clast_texture_value(scene, material->emissive_texture, area, CLAST_ENCODING_SRGB, table,
+                                         vec4(1.0f, 1.0f, 1.0f, 1.0f));
+        emission = emission * texture_colour(texel);
+    }
+    return emission;
 }
 
 // What extensions of the material add.
@@ -157,7 +163,8 @@ static void shade_material(const texture_reader *reader, const clast_material *m
                            clast_shading_point *point)
 {
     const clast_source_surface *surface = reader->surface;
-    vec4 colour = read_texture(reader, &material->base_colour_texture, CLAST_ENCODING_SRGB);
+    uint32_t encoding = slot_encoding(SLOT_BASE_COLOUR, ENCODING_SRGB, material->alpha_mode);
+    vec4 colour = read_texture(reader, &material->base_colour_texture, (clast_encoding)encoding);
     vec4 rough = read_texture(reader, &material->metallic_roughness_texture, CLAST_ENCODING_LINEAR);
     point->surface = surface_base(load4(material->base_colour), surface->colour, colour, material->metallic,
                                   material->roughness, rough);
@@ -165,7 +172,7 @@ static void shade_material(const texture_reader *reader, const clast_material *m
     if (material->layers != 0) {
         shade_layers(reader, material, is_back, point);
     }
-    point->emission = clast_emission(reader->scene, material, surface->coordinates, reader->table);
+    point->emission = clast_emission(reader->scene, material, reader->area, reader->table);
     point->unlit = material->unlit != 0;
     point->coordinates = surface->coordinates[0];
 }
@@ -175,7 +182,31 @@ static const clast_material *material_of(const clast_scene *scene, uint32_t numb
     return &scene->materials[number < scene->material_count ? number : 0].record;
 }
 
-clast_found_surface clast_find_surface(const clast_frame *frame, const clast_visibility *seen)
+// How much of its textures a ray's cone covers.
+static clast_texture_area area_of(const clast_source_surface *surface, const clast_frame_instance *instance,
+                                  const clast_finding_ray *ray, clast_shading_point *point)
+{
+    clast_cone_axes axes = cone_axes(point->geometric_normal, ray->direction, point->cone.width);
+    vec3 first = transform_vector(instance->to_object, load3(axes.first));
+    vec3 second = transform_vector(instance->to_object, load3(axes.second));
+    point->bend = surface->curvature * length3(second);
+    return (clast_texture_area){.coordinates = {surface->coordinates[0], surface->coordinates[1]},
+                                .footprints = {footprint_of(surface->gradients[0], first, second),
+                                               footprint_of(surface->gradients[1], first, second)},
+                                .whole = ray->whole};
+}
+
+static void prefetch_textures(const clast_scene *scene, const clast_found_surface *found)
+{
+    const clast_material *material = found->material;
+    uint32_t encoding = slot_encoding(SLOT_BASE_COLOUR, ENCODING_SRGB, material->alpha_mode);
+    clast_texture_prefetch(scene, material->base_colour_texture, &found->area, (clast_encoding)encoding);
+    clast_texture_prefetch(scene, material->metallic_roughness_texture, &found->area, CLAST_ENCODING_LINEAR);
+    clast_texture_prefetch(scene, material->normal_texture, &found->area, CLAST_ENCODING_NORMAL);
+}
+
+clast_found_surface clast_find_surface(const clast_frame *frame, const clast_visibility *seen,
+                                       const clast_finding_ray *ray)
 {
     clast_found_surface found;
     clast_shading_point *point = &found.point;
@@ -192,9 +223,9 @@ clast_found_surface clast_find_surface(const clast_frame *frame, const clast_vis
     point->material = found.surface.material < frame->scene->material_count ? found.surface.material : 0;
     found.material = material_of(frame->scene, point->material);
     point->primitive = on_source.primitive;
-    clast_texture_prefetch(frame->scene, found.material->base_colour_texture, found.surface.coordinates);
-    clast_texture_prefetch(frame->scene, found.material->metallic_roughness_texture, found.surface.coordinates);
-    clast_texture_prefetch(frame->scene, found.material->normal_texture, found.surface.coordinates);
+    point->cone = cone_at(ray->cone, seen->distance);
+    found.area = area_of(&found.surface, instance, ray, point);
+    prefetch_textures(frame->scene, &found);
     return found;
 }
 
@@ -205,10 +236,10 @@ void clast_shade_surface(const clast_frame *frame, const clast_srgb_table *table
     if (is_back) {
         point->geometric_normal = point->geometric_normal * -1.0f;
     }
-    texture_reader reader = {frame->scene, &found->surface, table};
+    texture_reader reader = {frame->scene, &found->surface, &found->area, table};
     shade_material(&reader, found->material, is_back, point);
     const clast_frame_instance *instance = &frame->instances[point->frame_instance];
-    shade_normals(frame->scene, found->material, &found->surface, instance, table, view, point);
+    shade_normals(&reader, found->material, instance, view, point);
 }
 
 clast_hit_surface clast_surface_of_hit(const clast_frame *frame, const clast_hit *hit)

@@ -19,6 +19,8 @@ typedef struct clast_shading_point {
     bool unlit;
     vec3 emission;
     vec2 coordinates;
+    clast_ray_cone cone; // of the sample, here
+    float bend;          // the surface's curvature times the cone's width
     uint32_t material;
     uint32_t frame_instance;
     uint32_t primitive;
@@ -31,17 +33,26 @@ clast_visibility clast_visibility_of_hit(const clast_hit *hit);
 typedef struct clast_found_surface {
     clast_shading_point point;
     clast_source_surface surface;
+    clast_texture_area area;
     const clast_material *material;
 } clast_found_surface;
 
+// The ray that found it, as far as that matters to what is seen there.
+typedef struct clast_finding_ray {
+    vec3 direction;      // unit length
+    clast_ray_cone cone; // where the ray began
+    bool whole;          // clast_texture_area.whole
+} clast_finding_ray;
+
 // In two steps, so that many surfaces can wait for memory together: the first asks for the texels that the second reads.
-clast_found_surface clast_find_surface(const clast_frame *frame, const clast_visibility *seen);
+clast_found_surface clast_find_surface(const clast_frame *frame, const clast_visibility *seen,
+                                       const clast_finding_ray *ray);
 // Completes `found->point`. `view` is the unit vector towards where the ray came from.
 void clast_shade_surface(const clast_frame *frame, const clast_srgb_table *table, vec3 view,
                          clast_found_surface *found);
 
-// The light that a material sends out at texture coordinates.
-vec3 clast_emission(const clast_scene *scene, const clast_material *material, const vec2 coordinates[2],
+// The light that a material sends out at a place of its textures.
+vec3 clast_emission(const clast_scene *scene, const clast_material *material, const clast_texture_area *area,
                     const clast_srgb_table *table);
 
 // position_error() of an instance of the frame.

@@ -30,7 +30,7 @@ static inline vec4 texel8(const clast_image *image, size_t place, const float co
 static float decode16(uint16_t value, clast_encoding encoding)
 {
     float plain = unorm16(value);
-    return encoding == CLAST_ENCODING_SRGB ? srgb_to_linear(plain) : plain;
+    return encoding_is_srgb(encoding) ? srgb_to_linear(plain) : plain;
 }
 
 static vec4 texel16(const clast_image *image, size_t place, clast_encoding encoding)
@@ -57,7 +57,7 @@ vec4 clast_image_texel(const clast_image *image, uint32_t x, uint32_t y, clast_e
     size_t place = (size_t)y * image->width + x;
     switch (image->type) {
     case CLAST_PIXEL_UNORM8:
-        return texel8(image, place, encoding == CLAST_ENCODING_SRGB ? table->linear : table->plain, table->plain);
+        return texel8(image, place, encoding_is_srgb(encoding) ? table->linear : table->plain, table->plain);
     case CLAST_PIXEL_UNORM16: return texel16(image, place, encoding);
     default: return texel_float(image, place);
     }
@@ -67,19 +67,19 @@ vec4 clast_image_blend(const clast_image *image, clast_texel_pair x, clast_texel
                        const clast_srgb_table *table)
 {
     if (image->type == CLAST_PIXEL_UNORM8) { // nearly all textures: one decision for four texels
-        const float *colours = encoding == CLAST_ENCODING_SRGB ? table->linear : table->plain;
+        const float *colours = encoding_is_srgb(encoding) ? table->linear : table->plain;
         size_t upper = (size_t)y.first * image->width, lower = (size_t)y.second * image->width;
         vec4 a = texel8(image, upper + x.first, colours, table->plain),
              b = texel8(image, upper + x.second, colours, table->plain);
         vec4 c = texel8(image, lower + x.first, colours, table->plain),
              d = texel8(image, lower + x.second, colours, table->plain);
-        return mix4(mix4(a, b, x.weight), mix4(c, d, x.weight), y.weight);
+        return blend_texels(blend_texels(a, b, x.weight), blend_texels(c, d, x.weight), y.weight);
     }
-    vec4 upper = mix4(clast_image_texel(image, x.first, y.first, encoding, table),
-                      clast_image_texel(image, x.second, y.first, encoding, table), x.weight);
-    vec4 lower = mix4(clast_image_texel(image, x.first, y.second, encoding, table),
-                      clast_image_texel(image, x.second, y.second, encoding, table), x.weight);
-    return mix4(upper, lower, y.weight);
+    vec4 upper = blend_texels(clast_image_texel(image, x.first, y.first, encoding, table),
+                              clast_image_texel(image, x.second, y.first, encoding, table), x.weight);
+    vec4 lower = blend_texels(clast_image_texel(image, x.first, y.second, encoding, table),
+                              clast_image_texel(image, x.second, y.second, encoding, table), x.weight);
+    return blend_texels(upper, lower, y.weight);
 }
 
 // ----------------------------------------------------------------------------------------------------------- textures
@@ -97,7 +97,83 @@ static const clast_texture *find_texture(const clast_scene *scene, clast_texture
     return (*image)->width != 0 && (*image)->height != 0 ? texture : NULL;
 }
 
-vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const vec2 coordinates[2],
+// The picture of a level: the finest is the image itself.
+static clast_image level_of(const clast_scene_image *image, const clast_image_levels *levels, uint32_t level)
+{
+    return level == 0 ? image->image : clast_level_image(&image->image, levels, level);
+}
+
+// What is read of a texture.
+typedef struct reading {
+    const clast_texture *texture;
+    const clast_scene_image *image;
+    const clast_image_levels *levels;
+    clast_encoding encoding;
+    const clast_srgb_table *table;
+    vec2 middle;
+    clast_texture_taps taps;
+} reading;
+
+static reading read_place(const clast_scene *scene, const clast_texture *texture, clast_texture_use use,
+                          const clast_texture_area *area, clast_encoding encoding)
+{
+    uint32_t set = use.coordinate_set & 1;
+    const clast_scene_image *image = &scene->images[texture->image];
+    const clast_image_levels *levels = &image->levels[clast_levels_encoding(&image->image, encoding)];
+    clast_footprint footprint = transform_footprint(use, area->footprints[set]);
+    return (reading){
+        .texture = texture,
+        .image = image,
+        .levels = levels,
+        .encoding = encoding,
+        .middle = transform_coordinates(use, area->coordinates[set]),
+        .taps = texture_taps(footprint, image->image.width, image->image.height, levels->count, area->whole),
+    };
+}
+
+static vec4 read_level(const reading *from, vec2 place, uint32_t level)
+{
+    clast_image image = level_of(from->image, from->levels, level);
+    const clast_texture *texture = from->texture;
+    vec4 value;
+    if (level == 0 && texture->filter == CLAST_FILTER_NEAREST) {
+        uint32_t x = nearest_texel(place[0], texture->wrap_u, image.width);
+        uint32_t y = nearest_texel(place[1], texture->wrap_v, image.height);
+        value = clast_image_texel(&image, x, y, from->encoding, from->table);
+    } else {
+        clast_texel_pair x = linear_texels(place[0], texture->wrap_u, image.width);
+        clast_texel_pair y = linear_texels(place[1], texture->wrap_v, image.height);
+        value = clast_image_blend(&image, x, y, from->encoding, from->table);
+    }
+    if (level == 0 && from->encoding == CLAST_ENCODING_NORMAL) {
+        value[3] = 0.0f;
+    }
+    return value;
+}
+
+static vec4 read_tap(const reading *from, vec2 place)
+{
+    uint32_t level = to_uint(from->taps.level);
+    float part = from->taps.level - to_float(level);
+    vec4 value = read_level(from, place, level);
+    return part > 0.0f ? blend_texels(value, read_level(from, place, level + 1), part) : value;
+}
+
+static vec4 read_taps(const reading *from)
+{
+    const clast_texture_taps *taps = &from->taps;
+    bool is_normal = from->encoding == CLAST_ENCODING_NORMAL;
+    vec2 place = from->middle + load2(taps->first);
+    vec4 mean = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    for (uint32_t i = 0; i < taps->count; i++) {
+        vec4 value = read_tap(from, place);
+        mean = mean_with(mean, is_normal ? normal_tap(value) : value, i);
+        place = place + load2(taps->step);
+    }
+    return is_normal ? normal_of_taps(mean) : mean;
+}
+
+vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const clast_texture_area *area,
                          clast_encoding encoding, const clast_srgb_table *table, vec4 otherwise)
 {
     const clast_image *image;
@@ -105,14 +181,9 @@ vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const 
     if (texture == NULL) {
         return otherwise;
     }
-    vec2 place = transform_coordinates(use, coordinates[use.coordinate_set & 1]);
-    if (texture->filter == CLAST_FILTER_NEAREST) {
-        uint32_t x = nearest_texel(place[0], texture->wrap_u, image->width);
-        return clast_image_texel(image, x, nearest_texel(place[1], texture->wrap_v, image->height), encoding, table);
-    }
-    clast_texel_pair x = linear_texels(place[0], texture->wrap_u, image->width);
-    clast_texel_pair y = linear_texels(place[1], texture->wrap_v, image->height);
-    return clast_image_blend(image, x, y, encoding, table);
+    reading from = read_place(scene, texture, use, area, encoding);
+    from.table = table;
+    return from.taps.count > 1 ? read_taps(&from) : read_tap(&from, from.middle);
 }
 
 static size_t texel_bytes(const clast_image *image)
@@ -121,20 +192,22 @@ static size_t texel_bytes(const clast_image *image)
     return element * image->channels;
 }
 
-void clast_texture_prefetch(const clast_scene *scene, clast_texture_use use, const vec2 coordinates[2])
+void clast_texture_prefetch(const clast_scene *scene, clast_texture_use use, const clast_texture_area *area,
+                            clast_encoding encoding)
 {
-    const clast_image *image;
-    const clast_texture *texture = find_texture(scene, use, &image);
+    const clast_image *finest;
+    const clast_texture *texture = find_texture(scene, use, &finest);
     if (texture == NULL) {
         return;
     }
-    vec2 place = transform_coordinates(use, coordinates[use.coordinate_set & 1]);
-    clast_texel_pair x = linear_texels(place[0], texture->wrap_u, image->width);
-    clast_texel_pair y = linear_texels(place[1], texture->wrap_v, image->height);
-    const char *pixels = image->pixels;
-    size_t bytes = texel_bytes(image);
-    __builtin_prefetch(pixels + ((size_t)y.first * image->width + x.first) * bytes);
-    __builtin_prefetch(pixels + ((size_t)y.second * image->width + x.first) * bytes);
+    reading from = read_place(scene, texture, use, area, encoding);
+    clast_image image = level_of(from.image, from.levels, to_uint(from.taps.level));
+    clast_texel_pair x = linear_texels(from.middle[0], texture->wrap_u, image.width);
+    clast_texel_pair y = linear_texels(from.middle[1], texture->wrap_v, image.height);
+    const char *pixels = image.pixels;
+    size_t bytes = texel_bytes(&image);
+    __builtin_prefetch(pixels + ((size_t)y.first * image.width + x.first) * bytes);
+    __builtin_prefetch(pixels + ((size_t)y.second * image.width + x.first) * bytes);
 }
 
 static float texel_alpha(const clast_image *image, uint32_t x, uint32_t y)

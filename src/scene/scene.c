@@ -44,6 +44,10 @@ void clast_scene_destroy(clast_scene *scene)
     for (size_t i = 0; i < scene->image_count; i++) {
         clast_free(context, scene->images[i].name);
         clast_free(context, scene->images[i].blocks.data);
+        clast_free(context, scene->images[i].stored.pixels);
+        for (uint32_t encoding = 0; encoding < ENCODINGS; encoding++) {
+            clast_free(context, scene->images[i].levels[encoding].pixels);
+        }
         if (scene->images[i].owned) {
             clast_free(context, (void *)scene->images[i].image.pixels);
         }
@@ -144,6 +148,13 @@ void clast_scene_adopt_blocks(clast_scene *scene, uint32_t image, clast_image_bl
     clast_free(scene->context, scene->images[image].blocks.data);
     scene->images[image].blocks = *blocks;
     *blocks = (clast_image_blocks){0};
+}
+
+void clast_scene_adopt_levels(clast_scene *scene, uint32_t image, clast_image_levels *levels)
+{
+    clast_free(scene->context, scene->images[image].stored.pixels);
+    scene->images[image].stored = *levels;
+    *levels = (clast_image_levels){0};
 }
 
 clast_status clast_scene_add_image(clast_scene *scene, const clast_image *image, const char *name, uint32_t *number)

@@ -8,14 +8,18 @@
 #include "clast/render.h"
 #include "clast/scene.h"
 #include "scene/blocks.h"
+#include "scene/levels.h"
 #include "scene/motion.h"
+#include "shared/texture_filter.h"
 #include "shared/transform.h"
 
 typedef struct clast_scene_image {
     clast_image image;
-    char *name;                // null where none; so are all names here
-    bool owned;                // image.pixels is a block of clast_allocate
-    clast_image_blocks blocks; // what the pixels were decoded from
+    char *name;                           // null where none; so are all names here
+    bool owned;                           // image.pixels is a block of clast_allocate
+    clast_image_blocks blocks;            // what the pixels were decoded from
+    clast_image_levels stored;            // levels that came with its file, of its own type and channels
+    clast_image_levels levels[ENCODINGS]; // by how its values are meant: those that were made (render/levels.h)
 } clast_scene_image;
 
 typedef struct clast_scene_material {
@@ -97,6 +101,8 @@ struct clast_scene {
     uint32_t instance_version;
     uint32_t light_version;
     uint32_t position_version; // of all meshes: grows when positions are replaced
+    bool has_levels;           // of pictures: of all that shading reads at `levels_version` of the materials
+    uint32_t levels_version;
     clast_scene_choice choice; // while a file is read: the loader's
     uint64_t stored_bytes,
         made_bytes; // what loaders have read for it, and what they have made of that (load/account.h)
@@ -115,6 +121,8 @@ clast_status clast_scene_adopt_mesh(clast_scene *scene, const clast_mesh *mesh, 
 clast_status clast_scene_adopt_image(clast_scene *scene, const clast_image *image, const char *name, uint32_t *number);
 // The blocks that an image of the scene was decoded from, which the scene takes over; `blocks` is empty then.
 void clast_scene_adopt_blocks(clast_scene *scene, uint32_t image, clast_image_blocks *blocks);
+// The levels that an image's file has below the finest: likewise.
+void clast_scene_adopt_levels(clast_scene *scene, uint32_t image, clast_image_levels *levels);
 // Keeps a mapped file until the scene ends. On failure the file is unmapped.
 clast_status clast_scene_keep_file(clast_scene *scene, clast_file_view file);
 

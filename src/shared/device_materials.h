@@ -32,13 +32,15 @@ FN uint size_height(uint size) { return (size >> 16u) + 1u; }
 RECORD(clast_device_texture_use)
 {
     clast_device_image image;
+    clast_device_image levels; // of the image, the finest of them the first below it; texture CLAST_NONE for none
+    uint level_count;
     uint reading; // texture_reading()
     packed2 offset;
     packed2 scale;
     float cosine; // of the rotation
     float sine;
 };
-RECORD_SIZE(clast_device_texture_use, 40)
+RECORD_SIZE(clast_device_texture_use, 56)
 
 LIMIT(READING_TURNED, 256u, "the coordinates are rotated")
 
@@ -52,32 +54,43 @@ FN uint reading_wrap_v(uint reading) { return reading >> 2u & 3u; }
 FN uint reading_filter(uint reading) { return reading >> 4u & 3u; }
 FN uint reading_set(uint reading) { return reading >> 6u & 1u; }
 
-// transform_coordinates() of a texture on a device.
-FN vec2 device_coordinates(clast_device_texture_use use, vec2 coordinates)
+// transform_coordinates() of a texture on a device; of a difference, without the offset.
+FN vec2 device_difference(clast_device_texture_use use, vec2 coordinates)
 {
     vec2 scaled = coordinates * load2(use.scale);
     bool turned = (use.reading & READING_TURNED) != 0u;
-    return (turned ? turn_coordinates(scaled, use.cosine, use.sine) : scaled) + load2(use.offset);
+    return turned ? turn_coordinates(scaled, use.cosine, use.sine) : scaled;
 }
 
-// X(name, number, member of clast_material): the textures that shading reads.
+FN vec2 device_coordinates(clast_device_texture_use use, vec2 coordinates)
+{
+    return device_difference(use, coordinates) + load2(use.offset);
+}
+
+// X(name, number, member of clast_material, what its values mean): the textures that shading reads.
 #define CLAST_TEXTURE_SLOT_LIST(X) \
-    X(SLOT_BASE_COLOUR, 0u, base_colour_texture) \
-    X(SLOT_METALLIC_ROUGHNESS, 1u, metallic_roughness_texture) \
-    X(SLOT_NORMAL, 2u, normal_texture) \
-    X(SLOT_EMISSIVE, 3u, emissive_texture) \
-    X(SLOT_SPECULAR, 4u, specular_texture) \
-    X(SLOT_SPECULAR_COLOUR, 5u, specular_colour_texture) \
-    X(SLOT_CLEARCOAT, 6u, clearcoat_texture) \
-    X(SLOT_CLEARCOAT_ROUGHNESS, 7u, clearcoat_roughness_texture) \
-    X(SLOT_CLEARCOAT_NORMAL, 8u, clearcoat_normal_texture) \
-    X(SLOT_SHEEN_COLOUR, 9u, sheen_colour_texture) \
-    X(SLOT_SHEEN_ROUGHNESS, 10u, sheen_roughness_texture) \
-    X(SLOT_ANISOTROPY, 11u, anisotropy_texture) \
-    X(SLOT_TRANSMISSION, 12u, transmission_texture)
-#define SLOT_ENTRY(name, number, member) LIMIT(name, number, "a texture of a material")
+    X(SLOT_BASE_COLOUR, 0u, base_colour_texture, ENCODING_SRGB) \
+    X(SLOT_METALLIC_ROUGHNESS, 1u, metallic_roughness_texture, ENCODING_LINEAR) \
+    X(SLOT_NORMAL, 2u, normal_texture, ENCODING_NORMAL) \
+    X(SLOT_EMISSIVE, 3u, emissive_texture, ENCODING_SRGB) \
+    X(SLOT_SPECULAR, 4u, specular_texture, ENCODING_LINEAR) \
+    X(SLOT_SPECULAR_COLOUR, 5u, specular_colour_texture, ENCODING_SRGB) \
+    X(SLOT_CLEARCOAT, 6u, clearcoat_texture, ENCODING_LINEAR) \
+    X(SLOT_CLEARCOAT_ROUGHNESS, 7u, clearcoat_roughness_texture, ENCODING_LINEAR) \
+    X(SLOT_CLEARCOAT_NORMAL, 8u, clearcoat_normal_texture, ENCODING_NORMAL) \
+    X(SLOT_SHEEN_COLOUR, 9u, sheen_colour_texture, ENCODING_SRGB) \
+    X(SLOT_SHEEN_ROUGHNESS, 10u, sheen_roughness_texture, ENCODING_LINEAR) \
+    X(SLOT_ANISOTROPY, 11u, anisotropy_texture, ENCODING_LINEAR) \
+    X(SLOT_TRANSMISSION, 12u, transmission_texture, ENCODING_LINEAR)
+#define SLOT_ENTRY(name, number, member, encoding) LIMIT(name, number, "a texture of a material")
 CLAST_TEXTURE_SLOT_LIST(SLOT_ENTRY)
 LIMIT(TEXTURE_SLOTS, 13u, "of a material")
+
+// What a slot's values mean in a material. Colours that cut a surface out, or blend it, count as far as they are there.
+FN uint slot_encoding(uint slot, uint encoding, uint alpha_mode)
+{
+    return slot == SLOT_BASE_COLOUR && alpha_mode != CLAST_ALPHA_OPAQUE ? ENCODING_CUTOUT : encoding;
+}
 
 RECORD(clast_device_material)
 {
@@ -85,7 +98,7 @@ RECORD(clast_device_material)
     clast_device_texture_use uses[TEXTURE_SLOTS]; // in place of the record's own
     uint glass; // number of its table, CLAST_NONE where it is no border of a volume
 };
-RECORD_SIZE(clast_device_material, 572 + 13 * 40 + 4)
+RECORD_SIZE(clast_device_material, 572 + 13 * 56 + 4)
 
 RECORD(clast_device_materials)
 {

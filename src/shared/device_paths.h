@@ -18,12 +18,14 @@ LIMIT(RENDER_VIEWS, 13u, "views that there are")
 //   shares of surroundings, sun and emitters where its ray began, absorption z
 //   origin of its ray x y z, density with which that was chosen
 //   direction of its ray x y z, least width of the lobes to come
+//   width and spread of the cone around its ray, nothing, nothing
 LIMIT(PATH_THROUGHPUT, 0u, "piece of a path")
 LIMIT(PATH_RADIANCE, 1u, "piece of a path")
 LIMIT(PATH_SHARES, 2u, "piece of a path")
 LIMIT(PATH_ORIGIN, 3u, "piece of a path")
 LIMIT(PATH_DIRECTION, 4u, "piece of a path")
-LIMIT(PATH_PIECES, 5u, "how many there are")
+LIMIT(PATH_CONE, 5u, "piece of a path")
+LIMIT(PATH_PIECES, 6u, "how many there are")
 
 // What a path's ray hit, in three pieces of four words:
 //   instance, cluster, triangle, steps

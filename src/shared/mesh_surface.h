@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What attributes of a triangle's corners make of a point on it: normals, tangents, how dense the texture is.
+// What attributes of a triangle's corners make of a point on it: normals, tangents, how texture coordinates grow, how it bends.
 #ifndef CLAST_SHARED_MESH_SURFACE_H
 #define CLAST_SHARED_MESH_SURFACE_H
 
-#include "shared/dialect.h"
+#include "shared/texture_filter.h"
 
 // `weights` are those of the three corners.
 FN vec4 mesh_blend4(vec4 a, vec4 b, vec4 c, vec3 weights) { return a * weights[0] + b * weights[1] + c * weights[2]; }
@@ -65,12 +65,34 @@ FN clast_mesh_texture mesh_texture(vec2 a, vec2 b, vec2 c)
     return texture_edges;
 }
 
-FN float mesh_texels_per_length(clast_mesh_edges edges, clast_mesh_texture texture_edges)
+// In the triangle's plane; zero where that is none.
+FN clast_texture_gradient mesh_texture_gradient(clast_mesh_edges edges, clast_mesh_texture texture_edges)
 {
-    float area = length3(mesh_edges_normal(edges)); // of the scaled triangle
-    float ratio = rough_sqrt(rough_divide(abs1(texture_edges.determinant), area)) * edges.scale;
-    bool sound = area > 0.0f && is_finite1(ratio);
-    return sound ? ratio : 0.0f;
+    vec3 normal = mesh_edges_normal(edges);
+    float square = dot3(normal, normal);
+    float inverse = rough_divide(edges.scale, square);
+    vec3 first = cross3(load3(edges.second), normal) * inverse; // one along the first edge, zero along the second
+    vec3 second = cross3(normal, load3(edges.first)) * inverse;
+    vec3 u = first * load2(texture_edges.first)[0] + second * load2(texture_edges.second)[0];
+    vec3 v = first * load2(texture_edges.first)[1] + second * load2(texture_edges.second)[1];
+    bool sound = square > 1e-30f && is_finite3(u) && is_finite3(v);
+    clast_texture_gradient gradient;
+    gradient.u = store3(sound ? u : splat3(0.0f));
+    gradient.v = store3(sound ? v : splat3(0.0f));
+    return gradient;
+}
+
+// How far unit normals turn for each length, more than zero where the surface bulges: the mean over a triangle's edges.
+FN float mesh_curvature(clast_mesh_edges edges, vec3 a, vec3 b, vec3 c)
+{
+    vec3 first = load3(edges.first);
+    vec3 second = load3(edges.second);
+    vec3 third = second - first;
+    float turned = dot3(b - a, first) + dot3(c - a, second) + dot3(c - b, third);
+    float squares = dot3(first, first) + dot3(second, second) + dot3(third, third);
+    float curvature = rough_divide(turned, squares) * edges.scale;
+    bool sound = squares > 0.0f && is_finite1(curvature);
+    return sound ? curvature : 0.0f;
 }
 
 // The way in which the first texture coordinate grows, for meshes that bring no tangents. The fourth is the sign of the

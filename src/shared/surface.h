@@ -130,6 +130,19 @@ FN vec3 mapped_normal(clast_basis axes, float scale, vec4 texel)
     return direction_of(load3(axes.x) * x + load3(axes.y) * y + normal * (2.0f * texel[2] - 1.0f), normal);
 }
 
+// What roughness stands for normals that were averaged: `lost` is what the mean's length lacks of one, which tells how far
+// they spread (the concentration of directions as Banerjee et al., JMLR 6, 2005, fit it), and slopes add to the lobe's width by
+// their variance (Olano and Baker, LEAN Mapping, 2010; Tokuyoshi and Kaplanyan, Improved Geometric Specular Antialiasing, 2019).
+// `scale` is the normal map's.
+FN float widened_roughness(float roughness, float lost, float scale)
+{
+    float agreement = max1(1.0f - lost, 1e-3f);
+    float square = agreement * agreement;
+    float variance = rough_divide(1.0f - square, agreement * (3.0f - square)) * scale * scale;
+    float alpha = roughness * roughness;
+    return lost > 0.0f ? min1(rough_sqrt(rough_sqrt(alpha * alpha + 2.0f * variance)), 1.0f) : roughness;
+}
+
 // How highlights stretch: along which direction of a map's axes, and how much (KHR_materials_anisotropy).
 RECORD(clast_stretch)
 {

@@ -7,9 +7,31 @@
 #include "shared/enums.h"
 #include "shared/records.h"
 
-// How a texture's colours are stored, where it is an integer image. Alpha is always linear.
+// What a texture's values mean: how its colours are stored, where it is an integer image (alpha is always linear), and what the
+// mean of several of them is.
 LIMIT(ENCODING_LINEAR, 0u, "as they are")
 LIMIT(ENCODING_SRGB, 1u, "for a display")
+LIMIT(ENCODING_CUTOUT, 2u, "for a display, and colours count as much as they cover: by their alpha")
+LIMIT(ENCODING_NORMAL, 3u, "directions")
+LIMIT(ENCODINGS, 4u, "how many there are")
+
+FN bool encoding_is_srgb(uint encoding) { return encoding == ENCODING_SRGB || encoding == ENCODING_CUTOUT; }
+
+// How texture coordinates grow along a surface: by so much for each length towards these directions.
+RECORD(clast_texture_gradient)
+{
+    packed3 u;
+    packed3 v;
+};
+RECORD_SIZE(clast_texture_gradient, 24)
+
+FN clast_texture_gradient no_texture_gradient(void)
+{
+    clast_texture_gradient gradient;
+    gradient.u = store3(splat3(0.0f));
+    gradient.v = store3(splat3(0.0f));
+    return gradient;
+}
 
 // A texel along one axis, its neighbour, and the neighbour's weight.
 RECORD(clast_texel_pair)
@@ -72,7 +94,8 @@ FN vec2 transform_coordinates(clast_texture_use use, vec2 coordinates)
 FN float unorm8(uint k) { return to_float(k) * 0.0039215087890625f + to_float(k) * 5.9838392e-8f; }
 FN float unorm16(uint k) { return to_float(k) * 0.0000152587890625f + to_float(k) * 2.32834196e-10f; }
 
-FN vec4 mix4(vec4 a, vec4 b, float t) { return a * (1.0f - t) + b * t; }
+// Of equal values, that value to the bit.
+FN vec4 blend_texels(vec4 a, vec4 b, float t) { return a + (b - a) * t; }
 
 // IEC 61966-2-1. Both ways exact to rounding; 0 and 1 stay what they are.
 FN float srgb_to_linear(float c)

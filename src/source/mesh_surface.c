@@ -45,9 +45,9 @@ static vec4 blend4(const float *values, triangle_corners at)
     return mesh_blend4(value4(values, v[0]), value4(values, v[1]), value4(values, v[2]), at.weights);
 }
 
-static clast_mesh_texture texture_of(const clast_mesh *mesh, const uint32_t *vertices)
+static clast_mesh_texture texture_of(const clast_mesh *mesh, const uint32_t *vertices, uint32_t set)
 {
-    const float *values = mesh->coordinates[0];
+    const float *values = mesh->coordinates[set];
     return values != NULL
                ? mesh_texture(value2(values, vertices[0]), value2(values, vertices[1]), value2(values, vertices[2]))
                : (clast_mesh_texture){.determinant = 0.0f};
@@ -58,11 +58,17 @@ static void set_frame(clast_source_surface *surface, const clast_mesh *mesh, tri
     const uint32_t *v = at.vertices;
     clast_mesh_edges edges = mesh_edges(value3(mesh->positions, v[0], 3), value3(mesh->positions, v[1], 3),
                                         value3(mesh->positions, v[2], 3));
-    clast_mesh_texture texture = texture_of(mesh, v);
+    clast_mesh_texture texture = texture_of(mesh, v, 0);
     surface->geometric_normal = mesh_edges_normal(edges);
-    surface->texels_per_length = mesh_texels_per_length(edges, texture);
-    surface->normal = mesh->normals != NULL ? mesh_normal(blend3(mesh->normals, at, 3), surface->geometric_normal)
-                                            : surface->geometric_normal;
+    surface->normal = surface->geometric_normal;
+    if (mesh->normals != NULL) {
+        surface->normal = mesh_normal(blend3(mesh->normals, at, 3), surface->geometric_normal);
+        surface->curvature = mesh_curvature(edges, value3(mesh->normals, v[0], 3), value3(mesh->normals, v[1], 3),
+                                            value3(mesh->normals, v[2], 3));
+    }
+    surface->gradients[0] = mesh_texture_gradient(edges, texture);
+    surface->gradients[1] = mesh->coordinates[1] != NULL ? mesh_texture_gradient(edges, texture_of(mesh, v, 1))
+                                                         : no_texture_gradient();
     vec4 tangent = mesh_texture_tangent(edges, texture);
     surface->tangent = vec3(tangent[0], tangent[1], tangent[2]);
     surface->bitangent_sign = tangent[3];

@@ -56,9 +56,10 @@ typedef struct clast_source_surface {
     vec3 normal;           // interpolated, not normalised; the geometric one where the geometry is flat
     vec3 tangent;          // not normalised; zero where there is none
     float bitangent_sign;
-    vec2 coordinates[2];     // texture coordinates
-    vec4 colour;             // vertex colour; white where there is none
-    float texels_per_length; // texture coordinate area over surface area, root of: for filtering; 0 unknown
+    vec2 coordinates[2];                 // texture coordinates
+    vec4 colour;                         // vertex colour; white where there is none
+    clast_texture_gradient gradients[2]; // of these; zero where they do not tell
+    float curvature;                     // mesh_curvature(); 0 where it is not known
     uint32_t material;
 } clast_source_surface;
 

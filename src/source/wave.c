@@ -238,6 +238,8 @@ static clast_source_surface evaluate(const clast_unit *base, const clast_pose *p
     clast_wave_height height = wave_height_and_slopes(*sheet, moment_of(unit, pose), plane[0], plane[1]);
     vec3 normal = vec3(-height.slope_x, 1.0f, -height.slope_z);
     vec2 coordinates = vec2(plane[0] / sheet->size + 0.5f, plane[1] / sheet->size + 0.5f);
+    float scale = 1.0f / sheet->size;
+    clast_texture_gradient gradient = {{{scale, 0.0f, 0.0f}}, {{0.0f, 0.0f, scale}}};
     return (clast_source_surface){
         .position = vec3(plane[0], height.height, plane[1]),
         .geometric_normal = normal,
@@ -246,7 +248,7 @@ static clast_source_surface evaluate(const clast_unit *base, const clast_pose *p
         .bitangent_sign = 1.0f,
         .coordinates = {coordinates, coordinates},
         .colour = vec4(1.0f, 1.0f, 1.0f, 1.0f),
-        .texels_per_length = 1.0f / sheet->size,
+        .gradients = {gradient, gradient},
         .material = sheet->material,
     };
 }

@@ -14,9 +14,9 @@ enum {
 // ----------------------------------------------------------------------------------------------------------- materials
 
 static clast_status use_texture(clast_gpu_materials *materials, clast_gpu_commands *commands, const clast_scene *scene,
-                                const clast_texture_use *use, clast_device_texture_use *made)
+                                const clast_texture_use *use, uint32_t encoding, clast_device_texture_use *made)
 {
-    *made = (clast_device_texture_use){.image = {.texture = CLAST_NONE}};
+    *made = (clast_device_texture_use){.image = {.texture = CLAST_NONE}, .levels = {.texture = CLAST_NONE}};
     if (use->texture >= scene->texture_count) {
         return CLAST_OK;
     }
@@ -27,7 +27,12 @@ static clast_status use_texture(clast_gpu_materials *materials, clast_gpu_comman
     made->scale = use->scale;
     made->cosine = rough_cos(use->rotation);
     made->sine = rough_sin(use->rotation);
-    return clast_gpu_pictures_need(&materials->pictures, commands, scene, texture->image, &made->image);
+    clast_status status = clast_gpu_pictures_need(&materials->pictures, commands, scene, texture->image, &made->image);
+    if (status == CLAST_OK) {
+        status = clast_gpu_pictures_need_levels(&materials->pictures, commands, scene, texture->image, encoding,
+                                                &made->levels, &made->level_count);
+    }
+    return status;
 }
 
 static clast_status make_record(clast_gpu_materials *materials, clast_gpu_commands *commands, const clast_scene *scene,
@@ -37,8 +42,10 @@ static clast_status make_record(clast_gpu_materials *materials, clast_gpu_comman
     made->record = *record;
     made->glass = scatter->glass_of[number];
     clast_status status = CLAST_OK;
-#define USE_TEXTURE(name, slot, member) \
-    status = status != CLAST_OK ? status : use_texture(materials, commands, scene, &record->member, &made->uses[slot]);
+#define USE_TEXTURE(name, slot, member, encoding) \
+    status = status != CLAST_OK ? status \
+                                : use_texture(materials, commands, scene, &record->member, \
+                                              slot_encoding(slot, encoding, record->alpha_mode), &made->uses[slot]);
     CLAST_TEXTURE_SLOT_LIST(USE_TEXTURE)
 #undef USE_TEXTURE
     return status;

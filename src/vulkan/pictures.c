@@ -5,6 +5,7 @@
 
 #include "base/size.h"
 #include "base/thread.h"
+#include "render/texture.h"
 
 enum { GRAIN_TEXELS = 1 << 16 };
 
@@ -130,8 +131,8 @@ static void convert_texels(void *data, size_t begin, size_t end, uint32_t worker
 
 // ------------------------------------------------------------------------------------------------------------- upload
 
-static clast_status write_pixels(clast_gpu_commands *commands, clast_gpu_texture texture, const clast_image *image,
-                                 picture_layout layout)
+static clast_status write_pixels(clast_gpu_commands *commands, clast_gpu_texture texture, uint32_t level,
+                                 const clast_image *image, picture_layout layout)
 {
     clast_context *context = clast_gpu_context(clast_gpu_of(commands));
     size_t texels, bytes;
@@ -141,7 +142,7 @@ static clast_status write_pixels(clast_gpu_commands *commands, clast_gpu_texture
                           image->width, image->height);
     }
     if (layout.type == image->type && layout.channels == image->channels) {
-        clast_gpu_texture_write(commands, texture, 0, image->pixels, bytes);
+        clast_gpu_texture_write(commands, texture, level, image->pixels, bytes);
         return CLAST_OK;
     }
     convert_job job = {image, layout, clast_allocate(context, texels, layout.texel)};
@@ -149,7 +150,7 @@ static clast_status write_pixels(clast_gpu_commands *commands, clast_gpu_texture
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     clast_parallel_for(context, texels, GRAIN_TEXELS, convert_texels, &job);
-    clast_gpu_texture_write(commands, texture, 0, job.pixels, bytes);
+    clast_gpu_texture_write(commands, texture, level, job.pixels, bytes);
     clast_free(context, job.pixels);
     return CLAST_OK;
 }
@@ -203,14 +204,43 @@ static clast_status upload_texture(clast_gpu_pictures *pictures, clast_gpu_comma
         clast_gpu_texture_write(commands, texture, 0, from->blocks.data, from->blocks.bytes);
         return CLAST_OK;
     }
-    return write_pixels(commands, texture, image, layout);
+    return write_pixels(commands, texture, 0, image, layout);
 }
 
-clast_status clast_gpu_pictures_need(clast_gpu_pictures *pictures, clast_gpu_commands *commands,
-                                     const clast_scene *scene, uint32_t number, clast_device_image *image)
+// All levels as one texture, whose own first is the first below the picture.
+static clast_status upload_levels(clast_gpu_pictures *pictures, clast_gpu_commands *commands,
+                                  const clast_scene_image *from, const clast_image_levels *levels,
+                                  clast_device_image *made)
 {
-    const clast_device_image none = {.texture = CLAST_NONE};
-    *image = none;
+    clast_image largest = clast_level_image(&from->image, levels, 1);
+    picture_layout layout = layout_of(pictures->gpu, &largest);
+    clast_gpu_texture_desc desc = {.format = layout.format,
+                                   .width = largest.width,
+                                   .height = largest.height,
+                                   .levels = levels->count,
+                                   .name = name_of(from)};
+    clast_gpu_texture texture;
+    clast_status status = clast_gpu_texture_create(pictures->gpu, &desc, &texture);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    *made = (clast_device_image){texture.number, image_format(largest.channels, largest.type, BLOCK_NONE),
+                                 image_size(largest.width, largest.height)};
+    pictures->has_16_bits = pictures->has_16_bits || largest.type == CLAST_PIXEL_UNORM16;
+    for (uint32_t level = 1; level <= levels->count && status == CLAST_OK; level++) {
+        clast_image image = clast_level_image(&from->image, levels, level);
+        status = write_pixels(commands, texture, level - 1, &image, layout);
+    }
+    return status;
+}
+
+static const clast_device_image no_image = {.texture = CLAST_NONE};
+
+// Has a place for an image of the scene; null where it is no picture, or memory ran out.
+static clast_status reserve_place(clast_gpu_pictures *pictures, const clast_scene *scene, uint32_t number,
+                                  clast_gpu_levels **place)
+{
+    *place = NULL;
     if (number >= scene->image_count || scene->images[number].image.width == 0 ||
         scene->images[number].image.height == 0) {
         return CLAST_OK;
@@ -221,24 +251,68 @@ clast_status clast_gpu_pictures_need(clast_gpu_pictures *pictures, clast_gpu_com
         return status;
     }
     for (; pictures->count <= number; pictures->count++) {
-        pictures->images[pictures->count] = none;
+        pictures->images[pictures->count] = (clast_gpu_levels){no_image, {no_image, no_image, no_image, no_image}};
     }
-    if (pictures->images[number].texture == CLAST_NONE) {
+    *place = &pictures->images[number];
+    return CLAST_OK;
+}
+
+clast_status clast_gpu_pictures_need(clast_gpu_pictures *pictures, clast_gpu_commands *commands,
+                                     const clast_scene *scene, uint32_t number, clast_device_image *image)
+{
+    clast_gpu_levels *place;
+    clast_status status = reserve_place(pictures, scene, number, &place);
+    *image = no_image;
+    if (place == NULL) {
+        return status;
+    }
+    if (place->finest.texture == CLAST_NONE) {
         const clast_scene_image *from = &scene->images[number];
-        status = block_kind(&from->blocks) != BLOCK_NONE
-                     ? upload_blocks(pictures, commands, from, &pictures->images[number])
-                     : upload_texture(pictures, commands, from, &pictures->images[number]);
+        status = block_kind(&from->blocks) != BLOCK_NONE ? upload_blocks(pictures, commands, from, &place->finest)
+                                                         : upload_texture(pictures, commands, from, &place->finest);
     }
-    *image = pictures->images[number];
+    *image = place->finest;
     return status;
+}
+
+clast_status clast_gpu_pictures_need_levels(clast_gpu_pictures *pictures, clast_gpu_commands *commands,
+                                            const clast_scene *scene, uint32_t number, uint32_t encoding,
+                                            clast_device_image *levels, uint32_t *count)
+{
+    clast_gpu_levels *place;
+    clast_status status = reserve_place(pictures, scene, number, &place);
+    *levels = no_image;
+    *count = 0;
+    if (place == NULL) {
+        return status;
+    }
+    const clast_scene_image *from = &scene->images[number];
+    clast_encoding meant = clast_levels_encoding(&from->image, (clast_encoding)encoding);
+    if (from->levels[meant].count == 0) {
+        return CLAST_OK;
+    }
+    if (place->levels[meant].texture == CLAST_NONE) {
+        status = upload_levels(pictures, commands, from, &from->levels[meant], &place->levels[meant]);
+    }
+    *levels = place->levels[meant];
+    *count = from->levels[meant].count;
+    return status;
+}
+
+static void free_texture(clast_gpu *gpu, clast_device_image image)
+{
+    if (format_block(image.format) == BLOCK_NONE) {
+        clast_gpu_texture texture = {image.texture};
+        clast_gpu_texture_destroy(gpu, &texture);
+    }
 }
 
 void clast_gpu_pictures_free(clast_gpu_pictures *pictures)
 {
     for (size_t i = 0; i < pictures->count; i++) {
-        if (format_block(pictures->images[i].format) == BLOCK_NONE) {
-            clast_gpu_texture texture = {pictures->images[i].texture};
-            clast_gpu_texture_destroy(pictures->gpu, &texture);
+        free_texture(pictures->gpu, pictures->images[i].finest);
+        for (uint32_t encoding = 0; encoding < ENCODINGS; encoding++) {
+            free_texture(pictures->gpu, pictures->images[i].levels[encoding]);
         }
     }
     for (size_t i = 0; i < pictures->block_count; i++) {

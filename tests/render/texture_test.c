@@ -37,7 +37,8 @@ static clast_scene *grey_scene(clast_context *context, clast_wrap wrap, clast_fi
 static float value_at(const clast_scene *scene, float u, float v)
 {
     vec2 coordinates[2] = {vec2(u, v), vec2(0.0f, 0.0f)};
-    return clast_texture_value(scene, first_texture(), coordinates, CLAST_ENCODING_LINEAR, &tables, splat3(0.0f))[0];
+    clast_texture_area area = clast_texture_point(coordinates);
+    return clast_texture_value(scene, first_texture(), &area, CLAST_ENCODING_LINEAR, &tables, splat3(0.0f))[0];
 }
 
 static void texel_centres_give_their_texels(void **state)
@@ -170,8 +171,8 @@ static void the_second_coordinates_are_used_where_asked(void **state)
     clast_texture_use use = first_texture();
     use.coordinate_set = 1;
     vec2 coordinates[2] = {vec2(0.0f, 0.0f), vec2(1.0f, 1.0f)};
-    assert_near(clast_texture_value(scene, use, coordinates, CLAST_ENCODING_LINEAR, &tables, splat3(0.0f))[0], 1.0,
-                0.0);
+    clast_texture_area area = clast_texture_point(coordinates);
+    assert_near(clast_texture_value(scene, use, &area, CLAST_ENCODING_LINEAR, &tables, splat3(0.0f))[0], 1.0, 0.0);
     clast_scene_destroy(scene);
 }
 

@@ -95,7 +95,15 @@ static void attributes_are_interpolated(void **state)
     assert_true(abs1(s.coordinates[0][0] - 1.0f) < 1e-6f && abs1(s.coordinates[0][1] - 2.0f) < 1e-6f);
     assert_true(abs1(s.coordinates[1][0] - 2.0f) < 1e-6f && abs1(s.coordinates[1][1] - 3.0f) < 1e-6f);
     assert_true(abs1(s.colour[0] - 0.25f) < 1e-6f && abs1(s.colour[3] - 0.5f) < 1e-6f);
-    assert_true(abs1(s.texels_per_length - 2.0f) < 1e-5f); // 4 of texture on 2 of length
+    vec3 edge = vec3(triangle_positions[3] - triangle_positions[0], triangle_positions[4] - triangle_positions[1],
+                     triangle_positions[5] - triangle_positions[2]);
+    for (uint32_t set = 0; set < 2; set++) { // along an edge, coordinates grow by their difference
+        assert_true(abs1(dot3(load3(s.gradients[set].u), edge) -
+                         (mesh.coordinates[set][2] - mesh.coordinates[set][0])) < 1e-5f);
+        assert_true(abs1(dot3(load3(s.gradients[set].v), edge) -
+                         (mesh.coordinates[set][3] - mesh.coordinates[set][1])) < 1e-5f);
+        assert_true(abs1(dot3(load3(s.gradients[set].u), s.geometric_normal)) < 1e-5f);
+    }
     assert_true(normalize3(s.geometric_normal)[2] > 0.999f);
     kind_close(&world);
 }
@@ -106,7 +114,7 @@ static void attributes_that_are_not_there_have_their_defaults(void **state)
     kind_world world = open_mesh(*state, &mesh);
     clast_source_surface s = evaluate_middle(&world);
     assert_true(normalize3(s.normal)[2] > 0.999f);
-    assert_true(length3(s.tangent) == 0.0f && s.texels_per_length == 0.0f);
+    assert_true(length3(s.tangent) == 0.0f && length3(load3(s.gradients[0].u)) == 0.0f);
     assert_true(s.colour[0] == 1.0f && s.colour[3] == 1.0f);
     assert_int_equal(s.material, 0);
     kind_close(&world);
@@ -161,7 +169,8 @@ static void tiny_and_huge_triangles_have_a_normal(void **state)
         kind_world world = open_mesh(*state, &mesh);
         clast_source_surface s = evaluate_middle(&world);
         assert_true(normalize3(s.geometric_normal)[2] > 0.999f);
-        assert_true(is_finite1(s.texels_per_length) && is_finite3(s.tangent));
+        assert_true(is_finite3(load3(s.gradients[0].u)) && is_finite3(load3(s.gradients[0].v)) &&
+                    is_finite3(s.tangent));
         kind_close(&world);
     }
 }
@@ -177,7 +186,7 @@ static void degenerate_triangles_give_no_wild_values(void **state)
     clast_source_surface s = evaluate_middle(&world);
     assert_true(is_finite3(s.position) && is_finite3(s.normal) && is_finite3(s.geometric_normal) &&
                 is_finite3(s.tangent));
-    assert_true(s.texels_per_length == 0.0f);
+    assert_true(length3(load3(s.gradients[0].u)) == 0.0f && s.curvature == 0.0f);
     kind_close(&world);
 }
 
