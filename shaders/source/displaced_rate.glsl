@@ -75,7 +75,9 @@ FN uint displaced_edge_factor(unit_reference unit, clast_displaced_cluster clust
         clast_displaced_vertex second = displaced_vertex_at(unit, displaced_vertex_number(unit, cluster, b));
         clast_rate_point middle = displaced_middle_point(first, second, edge.height * unit.of.displacement_scale,
                                                          displaced_is_curved(unit));
-        wanted = edge_wanted(displaced_view, displaced_get_site(a), middle, displaced_get_site(b));
+        clast_rate_point from = displaced_get_site(a);
+        clast_rate_point to = displaced_get_site(b);
+        wanted = edge_wanted(displaced_view, from, middle, to, displaced_edge_open(displaced_view, from, middle, to));
     }
     return edge_factor(wanted, WEIGHT_ONE);
 }

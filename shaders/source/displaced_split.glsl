@@ -269,7 +269,8 @@ void displaced_run_task(unit_reference unit, clast_displaced_cluster cluster, ui
         }
     }
     if (task.is_edge) {
-        uint factor = edge_factor(edge_wanted(displaced_view, from, look.point, to), weights_apart(a, b));
+        float open = displaced_edge_open(displaced_view, from, look.point, to);
+        uint factor = edge_factor(edge_wanted(displaced_view, from, look.point, to, open), weights_apart(a, b));
         displaced_put_factor(list + 1u, task.to / 3u, task.to % 3u, min_uint(factor, displaced_task_most(task, face)));
         return;
     }

@@ -3,6 +3,7 @@
 #ifndef CLAST_SOURCE_DISPLACED_SURFACE_GLSL
 #define CLAST_SOURCE_DISPLACED_SURFACE_GLSL
 
+#include "shared/occlusion.h"
 #include "source/displaced_reader.glsl"
 
 // ------------------------------------------------------------------------------------------------------------- locate
@@ -107,6 +108,23 @@ FN clast_rate_point displaced_end_point(clast_rate_view view, clast_displaced_ve
     return rate_point(view, displaced_point(load3(vertex.position), normal, vertex.height * scale), normal);
 }
 
+// How far an edge is from lying behind what the frame's depths tell of: clast_rate_open().
+FN float displaced_edge_open(clast_rate_view view, clast_rate_point a, clast_rate_point middle, clast_rate_point b)
+{
+    uint64_t address = load_address(view.depths);
+    if (view.looks == 0u || address == 0ul) {
+        return 1.0f;
+    }
+    clast_edge_place edge = edge_place(view, a, middle, b);
+    floats depths = floats(address);
+    uint first = edge.place * OCCLUSION_DEPTHS;
+    float radius = 0.0f;
+    [[dont_unroll]] for (uint i = 0u; i < OCCLUSION_DEPTHS; i++) {
+        radius += occlusion_part(edge, depths.at[first + i], i);
+    }
+    return occlusion_open(edge, radius);
+}
+
 // clast_displaced_wanted()
 FN float displaced_wanted(unit_reference unit, clast_displaced_cluster cluster, clast_rate_view view, uint number)
 {
@@ -118,7 +136,9 @@ FN float displaced_wanted(unit_reference unit, clast_displaced_cluster cluster, 
     vec3 middle = displaced_middle(load3(a.position), load3(b.position), load3(a.normal), load3(b.normal),
                                    displaced_is_curved(unit));
     clast_rate_point between = rate_point(view, displaced_point(middle, normal, edge.height * scale), normal);
-    return edge_wanted(view, displaced_end_point(view, a, scale), between, displaced_end_point(view, b, scale));
+    clast_rate_point first = displaced_end_point(view, a, scale);
+    clast_rate_point second = displaced_end_point(view, b, scale);
+    return edge_wanted(view, first, between, second, displaced_edge_open(view, first, between, second));
 }
 
 // clast_displaced_rate_view()

@@ -42,6 +42,12 @@ static bool beyond(const clast_box *box, vec3 at, vec3 normal)
     return dot3(normal, centre) + dot3(size, half) < -1e-5f * dot3(size, reach);
 }
 
+static bool beyond_far_plane(const clast_camera *camera, const clast_box *box)
+{
+    vec3 forward = load3(camera->forward);
+    return camera->far_plane > 0.0f && beyond(box, load3(camera->position) + forward * camera->far_plane, -forward);
+}
+
 // Whether no ray of the camera can meet a box.
 static bool outside_camera(const clast_camera *camera, const clast_box *box)
 {
@@ -58,9 +64,7 @@ static bool outside_camera(const clast_camera *camera, const clast_box *box)
     float extents[2] = {camera->vertical_extent * camera->aspect, camera->vertical_extent};
     bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
     bool hidden = beyond(box, position + forward * camera->near_plane, forward);
-    if (camera->far_plane > 0.0f) {
-        hidden = hidden || beyond(box, position + forward * camera->far_plane, -forward);
-    }
+    hidden = hidden || beyond_far_plane(camera, box);
     for (uint32_t axis = 0; axis < 2; axis++) {
         vec3 inclined = parallel ? splat3(0.0f) : forward * extents[axis];
         vec3 offset = parallel ? sides[axis] * extents[axis] : splat3(0.0f);
@@ -208,6 +212,16 @@ static void compare_instance(const closeness *here, const clast_frame_instance *
     view->seen = view->seen || !here->hidden;
 }
 
+// Whether all of a unit is as coarse as what is hidden. Where its edges tell for themselves they come to that little by little, as
+// the last of it leaves sight.
+static bool is_hidden(const clast_frame *frame, const unit_view *found)
+{
+    const clast_frame_instance *instance = found->instance;
+    bool by_edges = found->instances == 1 && clast_source_of(frame->units[instance->unit].unit)->hides_edges &&
+                    !beyond_far_plane(&frame->settings.rate_camera, &instance->bounds);
+    return !found->seen && !by_edges;
+}
+
 // Uniform scales change nothing: lengths and distances grow alike. Others are right where the instance is nearest.
 static clast_source_view view_of(const clast_frame *frame, const unit_view *found)
 {
@@ -222,7 +236,7 @@ static clast_source_view view_of(const clast_frame *frame, const unit_view *foun
         .eye = store3(nearest->eye),
         .pixels_per_unit = pixels * (sound ? stretch : 1.0f),
         .rate = (float)settings->rate,
-        .hidden = found->seen ? 0u : 1u,
+        .hidden = is_hidden(frame, found) ? 1u : 0u,
         .to_camera = camera_transform(camera, &found->instance->to_world),
         .extent = {{camera->vertical_extent * camera->aspect, camera->vertical_extent}},
         .pixels = pixels_of(settings),

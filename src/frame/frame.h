@@ -78,6 +78,10 @@ typedef struct clast_depth_pyramid {
     size_t first;           // where the levels begin, the finest first
     uint32_t width, height; // of the finest
     uint32_t level_count;   // 0: nothing is known
+    float *rows;            // what edges compare themselves with (shared/occlusion.h), and room to make it
+    size_t row_capacity;
+    size_t row_count; // places that have one; 0: no edge is compared
+    uint64_t row_key; // other rows, another
 } clast_depth_pyramid;
 
 // What a frame is asked for.

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass occlude: what hides behind what. A coarse pass of the same frame traces the scene at the least rate and keeps the
 // farthest depths that it saw; an instance that lies behind them is hidden. So a frame's picture does not depend on the
-// frames before. Nothing is done where no unit adapts, where nothing else is there, or where being hidden changes nothing.
+// frames before. Edges compare themselves with those depths too (occlusion.c). Nothing is done where no unit adapts, where nothing
+// can hide anything, or where being hidden changes nothing.
 //
 // The depths err to the far side: to them comes how far a unit may be from its coarse form; each is the farthest of as many
 // neighbours as that may be in the picture, and one more; transparent surfaces, and backs of triangles, hide nothing.
 #include <math.h>
 
 #include "base/thread.h"
-#include "frame/unit.h"
+#include "frame/occlude.h"
 #include "shared/camera.h"
 #include "shared/transform.h"
 
@@ -20,13 +21,43 @@ enum {
     INSTANCE_GRAIN = 64,
 };
 
+// All around, depths are no distances from a plane, and parallel rays through a lens are not those of a pinhole.
+static bool has_depths(const clast_camera *camera)
+{
+    bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
+    return camera->projection != CLAST_PROJECTION_PANORAMA && !(parallel && camera->lens_radius > 0.0f);
+}
+
+// How many depths a surface may be off that is not where it was seen, or that a lens sees past: at that depth, by so much.
+static float radius_of(const clast_frame *frame, float depth, float slack)
+{
+    const clast_camera *camera = &frame->settings.rate_camera;
+    float pixels = (slack + camera->lens_radius) * (float)frame->settings.height / (2.0f * camera->vertical_extent);
+    bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
+    return floorf(pixels / ((float)PIXELS * (parallel ? 1.0f : depth)));
+}
+
+// Whether an instance is near enough to its coarse form, even where it is farthest, to hide anything.
+static bool may_hide(const clast_frame *frame, const clast_frame_instance *instance)
+{
+    clast_box_extent extent = clast_box_extent_of(&frame->settings.rate_camera, &instance->bounds);
+    float slack = clast_frame_slack(frame, instance);
+    return !frame->units[instance->unit].filtered && !instance->hidden && is_finite1(slack) &&
+           radius_of(frame, extent.farthest, slack) <= (float)RADIUS_MOST;
+}
+
 static bool is_wanted(const clast_frame *frame)
 {
-    bool adapts = false;
+    bool adapts = false, hides = false;
     for (size_t i = 0; i < frame->unit_count; i++) {
         adapts = adapts || (frame->units[i].used && clast_source_of(frame->units[i].unit)->adapts);
     }
-    return adapts && frame->instance_count > 1 && frame->settings.hidden_fraction < 1.0 && frame->settings.rate > 0.0;
+    bool matters = adapts && frame->settings.hidden_fraction < 1.0 && frame->settings.rate > 0.0;
+    bool several = frame->instance_count > 1 || clast_occlusion_is_wanted(frame);
+    for (size_t i = 0; i < frame->instance_count && matters && several && !hides; i++) {
+        hides = may_hide(frame, &frame->instances[i]);
+    }
+    return hides && has_depths(&frame->settings.rate_camera);
 }
 
 // ---------------------------------------------------------------------------------------------------- the coarse scene
@@ -126,29 +157,6 @@ static clast_status begin_depths(clast_frame *frame)
                          pyramid->first + pyramid_size(pyramid->width, pyramid->height));
 }
 
-// How far behind a hit the surface may be.
-static float slack_of(const clast_frame *frame, const clast_frame_instance *instance)
-{
-    const clast_frame_unit *unit = &frame->units[instance->unit];
-    const clast_source *source = clast_source_of(unit->unit);
-    float slack = source->deviation != NULL ? source->deviation(unit->unit, &unit->pose) : 0.0f;
-    // The longest that a unit length becomes: its square is the largest eigenvalue of the map's square, which is at most a
-    // row's sum (Gershgorin); exactly that where lengths are scaled alike.
-    float most = 0.0f;
-    for (uint32_t i = 0; i < 3; i++) {
-        float sum = 0.0f;
-        for (uint32_t j = 0; j < 3; j++) {
-            float product = 0.0f;
-            for (uint32_t k = 0; k < 3; k++) {
-                product += instance->to_world.rows[k].v[i] * instance->to_world.rows[k].v[j];
-            }
-            sum += abs1(product);
-        }
-        most = max1(most, sum);
-    }
-    return slack * sqrtf(most);
-}
-
 // What a ray saw: the depth, and how far off it may be in the picture.
 typedef struct seen_depth {
     float depth, radius;
@@ -161,10 +169,9 @@ static seen_depth depth_of(const clast_frame *frame, const clast_camera_ray *ray
     if (hit->instance == CLAST_NONE || !(n[0] * d[0] + n[1] * d[1] + n[2] * d[2] < 0.0f)) {
         return (seen_depth){INFINITY, 0.0f};
     }
-    float depth = camera_depth(*camera, *ray, hit->t), slack = slack_of(frame, &frame->instances[hit->instance]);
-    float pixels = slack * (float)frame->settings.height / (2.0f * camera->vertical_extent);
-    bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
-    float radius = floorf(pixels / ((float)PIXELS * (parallel ? 1.0f : depth)));
+    float depth = camera_depth(*camera, *ray, hit->t);
+    float slack = clast_frame_slack(frame, &frame->instances[hit->instance]);
+    float radius = radius_of(frame, depth, slack);
     return radius <= (float)RADIUS_MOST ? (seen_depth){depth + slack, radius} : (seen_depth){INFINITY, 0.0f};
 }
 
@@ -317,16 +324,31 @@ static void build_levels(clast_depth_pyramid *pyramid)
 
 // -------------------------------------------------------------------------------------------------------------- boxes
 
-// Where a box is in the picture, from 0 to 1 each way, and its nearest depth.
-typedef struct box_extent {
-    float left, top, right, bottom;
-    float depth;
-    bool sound; // all of it lies beyond the near plane
-} box_extent;
-
-static box_extent extent_of(const clast_camera *camera, const clast_box *box)
+float clast_frame_slack(const clast_frame *frame, const clast_frame_instance *instance)
 {
-    box_extent e = {1.0f, 1.0f, 0.0f, 0.0f, INFINITY, true};
+    const clast_frame_unit *unit = &frame->units[instance->unit];
+    const clast_source *source = clast_source_of(unit->unit);
+    float slack = source->deviation != NULL ? source->deviation(unit->unit, &unit->pose) : 0.0f;
+    // The longest that a unit length becomes: its square is the largest eigenvalue of the map's square, which is at most a
+    // row's sum (Gershgorin); exactly that where lengths are scaled alike.
+    float most = 0.0f;
+    for (uint32_t i = 0; i < 3; i++) {
+        float sum = 0.0f;
+        for (uint32_t j = 0; j < 3; j++) {
+            float product = 0.0f;
+            for (uint32_t k = 0; k < 3; k++) {
+                product += instance->to_world.rows[k].v[i] * instance->to_world.rows[k].v[j];
+            }
+            sum += abs1(product);
+        }
+        most = max1(most, sum);
+    }
+    return slack * sqrtf(most);
+}
+
+clast_box_extent clast_box_extent_of(const clast_camera *camera, const clast_box *box)
+{
+    clast_box_extent e = {1.0f, 1.0f, 0.0f, 0.0f, INFINITY, -INFINITY, true};
     bool parallel = camera->projection == CLAST_PROJECTION_ORTHOGRAPHIC;
     for (uint32_t corner = 0; corner < 8; corner++) {
         vec3 away;
@@ -343,7 +365,8 @@ static box_extent extent_of(const clast_camera *camera, const clast_box *box)
         e.right = max1(e.right, x);
         e.top = min1(e.top, y);
         e.bottom = max1(e.bottom, y);
-        e.depth = min1(e.depth, depth);
+        e.nearest = min1(e.nearest, depth);
+        e.farthest = max1(e.farthest, depth);
     }
     return e;
 }
@@ -351,8 +374,8 @@ static box_extent extent_of(const clast_camera *camera, const clast_box *box)
 static bool is_behind(const clast_frame *frame, const clast_box *box)
 {
     const clast_depth_pyramid *pyramid = &frame->pyramid;
-    box_extent e = extent_of(&frame->settings.rate_camera, box);
-    if (!e.sound || !is_finite1(e.depth)) {
+    clast_box_extent e = clast_box_extent_of(&frame->settings.rate_camera, box);
+    if (!e.sound || !is_finite1(e.nearest)) {
         return false;
     }
     int64_t width = pyramid->width, height = pyramid->height;
@@ -370,7 +393,7 @@ static bool is_behind(const clast_frame *frame, const clast_box *box)
         right = (right + 1) / 2;
         bottom = (bottom + 1) / 2;
     }
-    return e.depth > farthest(level, width, height, left, top, right, bottom) * 1.0001f;
+    return e.nearest > farthest(level, width, height, left, top, right, bottom) * 1.0001f;
 }
 
 static void hide_range(void *data, size_t begin, size_t end, uint32_t worker)
@@ -394,6 +417,7 @@ void clast_frame_free_coarse(clast_frame *frame)
     }
     clast_free(frame->context, frame->coarse);
     clast_free(frame->context, frame->pyramid.depths);
+    clast_free(frame->context, frame->pyramid.rows);
     frame->coarse = NULL;
     frame->coarse_count = frame->coarse_capacity = 0;
     frame->pyramid = (clast_depth_pyramid){0};
@@ -404,14 +428,16 @@ clast_status clast_cpu_occlude(clast_frame *frame, void *target)
     (void)target;
     frame->occlude_bytes = 0;
     frame->pyramid.level_count = 0;
+    frame->pyramid.row_count = 0;
     if (!is_wanted(frame)) {
         clast_frame_free_coarse(frame);
         return CLAST_OK;
     }
     clast_status status = begin_depths(frame);
+    status = status == CLAST_OK ? clast_occlusion_begin(frame) : status;
     status = status == CLAST_OK ? clast_frame_find_minima(frame) : status;
     frame->occlude_bytes = clast_tlas_memory(frame->instance_count) +
-                           frame->pyramid.capacity * sizeof *frame->pyramid.depths;
+                           (frame->pyramid.capacity + frame->pyramid.row_capacity) * sizeof *frame->pyramid.depths;
     for (size_t i = 0; i < frame->unit_count; i++) {
         clast_frame_unit *unit = &frame->units[i];
         bool twin = unit->used && clast_source_of(unit->unit)->adapts;
@@ -424,5 +450,9 @@ clast_status clast_cpu_occlude(clast_frame *frame, void *target)
     }
     build_levels(&frame->pyramid);
     clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, hide_range, frame);
-    return clast_frame_view_units(frame);
+    status = clast_frame_view_units(frame);
+    if (status == CLAST_OK) {
+        clast_occlusion_find(frame);
+    }
+    return status;
 }

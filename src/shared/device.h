@@ -65,7 +65,7 @@ RECORD(clast_device_unit)
     uint filtered;     // 1 where a material of it is not opaque
     clast_box bounds;  // of the pose, in the unit's own space
 };
-RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 12 * 8 + 108 + 20 + 24)
+RECORD_SIZE(clast_device_unit, 8 * 32 + 4 * 8 + 20 + 12 * 8 + 144 + 20 + 24)
 
 // Room for drafts, which items take as they come: where they end up follows from sums over counts, not from this.
 RECORD(clast_draft_head)

@@ -185,7 +185,14 @@ RECORD(clast_source_view)
     float segment;             // wanted length of a segment in the metric's unit; fixed: segments of an edge
     float hidden_fraction;     // of the wanted density that is left where nothing is seen
     uint alone;                // 1 where a single instance shows the unit: its parts may be taken for hidden
+    float deviation;           // in the world, of the surface from where ends and middles of its edges are, at most
+    packed2 places;            // of the picture, across and up: what is known of depths in it (shared/occlusion.h)
+    uint places_across;        // that there are
+    uint places_down;
+    uint depths_key[2];        // other depths, where the unit is, have another
+    packed_address depths;     // of each place, from the top left; 0: the unit lies behind nothing. What has the same key has the
+                               // same depths, wherever they lie
 };
-RECORD_SIZE(clast_source_view, 108)
+RECORD_SIZE(clast_source_view, 144)
 
 #endif

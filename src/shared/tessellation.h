@@ -109,8 +109,14 @@ RECORD(clast_rate_view)
     float square_by_distance; // the square of the wanted spacing in the unit's own lengths: times a distance's square,
     float square;             // as it is,
     float square_by_edge;     // times the square of the shortest edge
+    float deviation;          // clast_source_view has these
+    packed2 places;
+    packed2 places_by_slope;  // places across and up for each unit of what a coordinate is over the depth
+    uint places_across;
+    uint places_down;
+    packed_address depths;
 };
-RECORD_SIZE(clast_rate_view, 48 + 12 + 16 + 24 + 4 * 7)
+RECORD_SIZE(clast_rate_view, 48 + 12 + 16 + 24 + 4 * 7 + 36)
 
 FN float squared(float x) { return x * x; }
 FN float within_reach(float x) { return clamp1(x, 1e-30f, 1e30f); } // NaN gives the least
@@ -171,6 +177,14 @@ FN clast_rate_view rate_view(clast_source_view view, uint closed)
     rates.square_by_distance = sphere && !parallel ? own_square : 0.0f;
     rates.square = fixed_count || (sphere && !parallel) ? 0.0f : own_square;
     rates.square_by_edge = fixed_count ? spacing_square : 0.0f;
+
+    vec2 places = load2(view.places);
+    rates.deviation = view.deviation;
+    rates.places = view.places;
+    rates.places_by_slope = store2(vec2(places[0] * load2(rates.narrowing)[0], places[1] * load2(rates.narrowing)[1]));
+    rates.places_across = view.places_across;
+    rates.places_down = view.places_down;
+    rates.depths = view.depths;
     return rates;
 }
 
@@ -284,10 +298,11 @@ FN float edge_sphere(clast_rate_view view, clast_rate_point a, clast_rate_point 
     return edge_length(a, middle, b) * view.pixels * scale;
 }
 
-// The wanted segments of the edge from a to b, as a fraction.
-FN float edge_wanted(clast_rate_view view, clast_rate_point a, clast_rate_point middle, clast_rate_point b)
+// The wanted segments of the edge from a to b, as a fraction. `open` is 1 where nothing hides it, falling to 0 where all of it is
+// hidden (shared/occlusion.h).
+FN float edge_wanted(clast_rate_view view, clast_rate_point a, clast_rate_point middle, clast_rate_point b, float open)
 {
-    float seen = view.looks != 0u ? edge_seen(view, a, middle, b) : 1.0f;
+    float seen = view.looks != 0u ? edge_seen(view, a, middle, b) * open : 1.0f;
     float wanted = view.density; // FIXED
     if (view.metric == CLAST_METRIC_PIXELS) {
         float shown = edge_pixels(a, middle, b) * view.density;

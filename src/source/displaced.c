@@ -48,7 +48,7 @@ static clast_change changed(const clast_unit *unit, const clast_pose *before, co
                             const clast_pose *now, const clast_source_view *view_now)
 {
     (void)unit;
-    bool same_view = memcmp(view_before, view_now, sizeof *view_now) == 0;
+    bool same_view = memcmp(view_before, view_now, offsetof(clast_source_view, depths)) == 0;
     if (same_view && same_pose(before, now)) {
         return CLAST_CHANGE_NOTHING;
     }
@@ -142,6 +142,7 @@ const clast_source CLAST_SOURCE_DISPLACED_TABLE = {
     .name = "displaced",
     .most_triangles = CLUSTER_TRIANGLES,
     .adapts = true,
+    .hides_edges = true,
     .work = work,
     .cook = clast_displaced_cook,
     .destroy = clast_displaced_destroy,

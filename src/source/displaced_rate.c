@@ -250,5 +250,6 @@ float clast_displaced_wanted(const displaced_unit *unit, const clast_pose *pose,
     vec3 normal = (n[0] + n[1]) * 0.5f;
     vec3 moved = displaced_point(displaced_middle(p[0], p[1], n[0], n[1], unit->curved), normal,
                                  of.height * pose->displacement_scale);
-    return edge_wanted(*view, ends[0], rate_point(*view, moved, normal), ends[1]);
+    clast_rate_point middle = rate_point(*view, moved, normal);
+    return edge_wanted(*view, ends[0], middle, ends[1], clast_rate_open(view, ends[0], middle, ends[1]));
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Segments of edges and levels of maps, many at once: what counting and emitting do most. The kernels restate rate_point(),
-// vertex_level(), edge_wanted() and edge_factor() of shared/tessellation.h, to the bit.
+// vertex_level(), edge_wanted() and edge_factor() of shared/tessellation.h and those of shared/occlusion.h, to the bit.
 #ifndef CLAST_SOURCE_RATE_H
 #define CLAST_SOURCE_RATE_H
 
 #include "base/isa.h"
-#include "shared/tessellation.h"
+#include "shared/occlusion.h"
 
 enum {
     RATE_POINTS = 128,    // most points of a cluster or of a pattern
@@ -42,6 +42,28 @@ typedef struct clast_rate_edges {
     const clast_rate_site *middles;
     const uint32_t *apart;
 } clast_rate_edges;
+
+// The depths of the first place; null where edges are not compared with them.
+static inline const float *clast_rate_depths(const clast_rate_view *view)
+{
+    return view->looks != 0 ? (const float *)(uintptr_t)load_address(view->depths) : NULL;
+}
+
+// Whether a view's depths hide an edge: 1 for nothing of it, 0 for all.
+static inline float clast_rate_open(const clast_rate_view *view, clast_rate_point a, clast_rate_point middle,
+                                    clast_rate_point b)
+{
+    const float *depths = clast_rate_depths(view);
+    if (depths == NULL) {
+        return 1.0f;
+    }
+    clast_edge_place edge = edge_place(*view, a, middle, b);
+    float radius = 0.0f;
+    for (uint32_t i = 0; i < OCCLUSION_DEPTHS; i++) {
+        radius += occlusion_part(edge, depths[(size_t)edge.place * OCCLUSION_DEPTHS + i], i);
+    }
+    return occlusion_open(edge, radius);
+}
 
 // The first `count` points; room for the arrays' full length of each.
 typedef void (*clast_rate_points_kernel)(const clast_rate_view *view, const clast_rate_points *points, uint32_t count,

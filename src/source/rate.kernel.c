@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Segments of edges and levels of maps, as many at once as a register holds, by the formulas of shared/tessellation.h in the
-// same order of the same operations.
+// Segments of edges and levels of maps, as many at once as a register holds, by the formulas of shared/tessellation.h and
+// shared/occlusion.h in the same order of the same operations.
 #include "source/rate.h"
 #include "source/wide_stable.h"
 
@@ -142,6 +142,79 @@ CLAST_LANES clast_wide seen_of(const clast_rate_view *view, const seen_point *a,
     return within * wide_clamp1((towards + 0.8f) * 2.0f, 0.0f, 1.0f);
 }
 
+// ------------------------------------------------------------------------------------------------------------ occlusion
+
+// edge_place()
+typedef struct edge_places {
+    uint32_t of[WIDE_LANES]; // where each one's depths begin
+    clast_wide depth, softness, radius;
+} edge_places;
+
+CLAST_LANES clast_wide over_depth(const clast_rate_view *view, clast_wide depth)
+{
+    return view->parallel != 0
+               ? wide_splat(1.0f)
+               : wide_reciprocal(wide_clamp1(wide_max1(depth, wide_splat(view->near_plane)), 1e-30f, 1e30f));
+}
+
+CLAST_LANES void place_edges(const clast_rate_view *view, clast_wide across, clast_wide up, edge_places *places)
+{
+    clast_wide column = wide_clamp1(0.5f * view->places.v[0] + across, 0.0f, (float)view->places_across - 1.0f);
+    clast_wide row = wide_clamp1(0.5f * view->places.v[1] - up, 0.0f, (float)view->places_down - 1.0f);
+    clast_wide_ints number = wide_to_ints(row) * (int32_t)view->places_across + wide_to_ints(column);
+    number *= (int32_t)OCCLUSION_DEPTHS;
+    memcpy(places->of, &number, sizeof number);
+}
+
+CLAST_LANES edge_places places_of(const clast_rate_view *view, const seen_point *a, const seen_point *b,
+                                  const seen_point *m)
+{
+    edge_places places;
+    clast_wide3 chord = wide_minus3(b->camera, a->camera);
+    clast_wide3 from_a = wide_minus3(a->camera, m->camera), from_b = wide_minus3(b->camera, m->camera);
+    clast_wide square = wide_max1(wide_dot3(chord, chord),
+                                  wide_max1(wide_dot3(from_a, from_a), wide_dot3(from_b, from_b)));
+    clast_wide ball = root_of_wide(square) + view->deviation, nearest = m->camera.z - ball;
+    clast_wide shrink = over_depth(view, m->camera.z), x = m->camera.x * shrink, y = m->camera.y * shrink;
+    clast_wide inclined = view->parallel != 0 ? wide_splat(1.0f) : 1.0f + 0.5f * (x * x + y * y);
+    const float *by_slope = view->places_by_slope.v;
+    clast_wide radius = ball * over_depth(view, nearest) * inclined * max1(by_slope[0], by_slope[1]);
+    place_edges(view, x * by_slope[0], y * by_slope[1], &places);
+    clast_wide low = wide_splat(view->near_plane), most = wide_splat(1000.0f), zero = wide_splat(0.0f);
+    places.depth = wide_pick_less(low, nearest, wide_pick_less(radius, most, nearest, zero), zero);
+    places.radius = wide_pick_less(low, nearest, wide_pick_less(radius, most, radius, most), most);
+    places.softness = wide_reciprocal(wide_clamp1(0.05f * nearest, 1e-30f, 1e30f));
+    return places;
+}
+
+// Whether none lies behind even the nearest of its depths: then all are open.
+CLAST_LANES bool all_in_front(const float *depths, const edge_places *places)
+{
+    float first[WIDE_LANES];
+    for (int i = 0; i < WIDE_LANES; i++) {
+        first[i] = depths[places->of[i]];
+    }
+    return wide_all_at_most(places->depth, wide_load(first));
+}
+
+// clast_rate_open()
+CLAST_LANES clast_wide open_of(const float *depths, const edge_places *places)
+{
+    if (all_in_front(depths, places)) {
+        return wide_splat(1.0f);
+    }
+    clast_wide_columns rows = wide_turn(depths, places->of);
+    clast_wide radius = wide_splat(0.0f);
+    for (uint32_t i = 0; i < OCCLUSION_DEPTHS; i++) {
+        clast_wide behind = wide_clamp1((places->depth - rows.of[i]) * places->softness, 0.0f, 1.0f);
+        radius = radius + behind * (float)occlusion_step(i);
+    }
+    clast_wide margin = 8.0f + 0.5f * places->radius;
+    return wide_clamp1(1.0f - (radius - places->radius) * wide_reciprocal(margin), 0.0f, 1.0f);
+}
+
+// ------------------------------------------------------------------------------------------------------------- lengths
+
 CLAST_LANES clast_wide pixels_between(const seen_point *a, const seen_point *b)
 {
     clast_wide x = a->screen[0] - b->screen[0], y = a->screen[1] - b->screen[1];
@@ -172,6 +245,11 @@ CLAST_LANES clast_wide wanted_of(const clast_rate_view *view, const seen_point *
                                  const seen_point *m)
 {
     clast_wide seen = view->looks != 0 ? seen_of(view, a, b, m) : wide_splat(1.0f);
+    const float *depths = clast_rate_depths(view);
+    if (depths != NULL) {
+        edge_places places = places_of(view, a, b, m);
+        seen = seen * open_of(depths, &places);
+    }
     if (view->metric == CLAST_METRIC_PIXELS) {
         clast_wide shown = (pixels_between(a, m) + pixels_between(b, m)) * view->density;
         if (wide_all_at_most(wide_splat(1.0f), seen)) {

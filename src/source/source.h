@@ -115,6 +115,7 @@ typedef struct clast_source {
     const char *name;
     uint32_t most_triangles; // of any record
     bool adapts;             // its records depend on the view
+    bool hides_edges;        // edges that lie behind what view->depths tells of are coarser
     bool single_items;       // each item is the work of a single invocation of its twin (SOURCE_SINGLE_ITEMS)
 
     // How long cooking takes, in triangles: for the progress only.

@@ -36,7 +36,7 @@ clast_status clast_vulkan_frame_use_driver(clast_vulkan_frame *device)
 }
 
 // What a unit has and the frame itself, as lists of buffers: for what is done to all of them.
-enum { UNIT_BUFFERS = 8, FRAME_BUFFERS = 15 };
+enum { UNIT_BUFFERS = 8, FRAME_BUFFERS = 16 };
 
 static void list_unit_buffers(clast_vulkan_unit *unit, clast_gpu_buffer *list[UNIT_BUFFERS])
 {
@@ -48,9 +48,10 @@ static void list_unit_buffers(clast_vulkan_unit *unit, clast_gpu_buffer *list[UN
 static void list_frame_buffers(clast_vulkan_frame *device, clast_gpu_buffer *list[FRAME_BUFFERS])
 {
     clast_gpu_buffer *all[FRAME_BUFFERS] = {
-        &device->unit_records, &device->instances,  &device->instance_of,     &device->head,           &device->spans,
-        &device->item_counts,  &device->sums,       &device->spaces,          &device->scratch,        &device->scene,
-        &device->maps,         &device->placements, &device->placement_boxes, &device->placement_tree, &device->drafts};
+        &device->unit_records,    &device->instances,      &device->instance_of, &device->head,
+        &device->spans,           &device->item_counts,    &device->sums,        &device->spaces,
+        &device->scratch,         &device->scene,          &device->maps,        &device->placements,
+        &device->placement_boxes, &device->placement_tree, &device->drafts,      &device->depths};
     memcpy(list, all, sizeof all);
 }
 
@@ -138,7 +139,8 @@ clast_frame_bytes clast_vulkan_count_bytes(const clast_vulkan_frame *device)
 {
     clast_frame_bytes bytes = {
         .records = device->item_counts.bytes + device->unit_records.bytes + device->spans.bytes + device->sums.bytes +
-                   device->spaces.bytes + device->scratch.bytes + device->head.bytes + device->drafts.bytes,
+                   device->spaces.bytes + device->scratch.bytes + device->head.bytes + device->drafts.bytes +
+                   device->depths.bytes,
         .blas = clast_gpu_trees_bytes(device->trees) +
                 (device->driver != NULL ? clast_frame_driver_bytes(device->driver) : 0),
         .tlas = device->instances.bytes + device->instance_of.bytes + device->maps.bytes + device->scene.bytes +
@@ -204,6 +206,7 @@ static void describe_unit(const clast_vulkan_frame *device, size_t number, const
     const clast_vulkan_unit *own = &device->units[number];
     clast_device_unit *record = &device->records[number];
     record->view = unit->view;
+    record->view.depths = store_address(load_address(unit->view.depths) != 0 ? device->depths.address : 0);
     record->bounds = unit->bounds;
     record->filtered = unit->filtered ? 1 : 0;
     record->sums = store_address(device->sums.address + number * sizeof(clast_unit_sums));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the pass occlude needs of a device: the scene at the least rate, and rays through it. It is a frame of its own, which has the
 // same units and instances, and takes what is mirrored from the frame that it belongs to.
+#include "shared/occlusion.h"
 #include "vulkan/frame_state.h"
 #include "vulkan/rays.h"
 
@@ -123,11 +124,43 @@ clast_status clast_vulkan_trace_coarse(clast_frame *frame, const clast_ray *rays
     return status;
 }
 
+// -------------------------------------------------------------------------------------------------------------- depths
+
+// Brings what edges compare themselves with to the device, where that has other depths.
+static clast_status write_depths(clast_frame *frame)
+{
+    clast_vulkan_frame *device = clast_vulkan_of(frame);
+    const clast_depth_pyramid *pyramid = &frame->pyramid;
+    uint64_t bytes = (uint64_t)pyramid->row_count * OCCLUSION_DEPTHS * sizeof *pyramid->rows;
+    if (device->depths_count == pyramid->row_count && device->depths_key == pyramid->row_key) {
+        return CLAST_OK;
+    }
+    device->depths_count = 0;
+    clast_gpu_commands *commands = NULL;
+    uint64_t ticket = 0;
+    clast_status status = clast_vulkan_renew(frame, bytes, "depths", &device->depths);
+    if (status != CLAST_OK || bytes == 0) {
+        return status;
+    }
+    status = clast_gpu_begin(device->gpu, &commands);
+    if (status == CLAST_OK) {
+        clast_gpu_pass(commands, "occlude");
+        clast_gpu_write(commands, &device->depths, 0, pyramid->rows, bytes);
+        clast_gpu_barrier(commands);
+        status = clast_gpu_submit(commands, &ticket);
+    }
+    if (status == CLAST_OK) {
+        device->depths_count = pyramid->row_count;
+        device->depths_key = pyramid->row_key;
+    }
+    return status;
+}
+
 clast_status clast_vulkan_occlude(clast_frame *frame, void *target)
 {
     clast_status status = clast_cpu_occlude(frame, target);
     if (frame->pyramid.level_count == 0) { // it was not wanted
         clast_vulkan_free_coarse(clast_vulkan_of(frame));
     }
-    return status;
+    return status == CLAST_OK ? write_depths(frame) : status;
 }

@@ -36,6 +36,9 @@ struct clast_vulkan_frame {
     clast_gpu_buffer scene; // clast_device_scene: what rays are traced through, as are the next
     clast_gpu_buffer placements, placement_boxes, placement_tree;
     clast_gpu_buffer spans, item_counts, sums, spaces, scratch;
+    clast_gpu_buffer depths; // that edges compare themselves with, as are the next: clast_depth_pyramid.rows
+    uint64_t depths_key;
+    size_t depths_count;          // 0: none are there
     clast_gpu_buffer drafts;      // places by item, then clast_draft_head and its words
     clast_device_span *span_list; // what `spans` gets
     size_t span_count, span_capacity;

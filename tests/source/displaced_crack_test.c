@@ -4,6 +4,7 @@
 // seams and maps.
 #include <string.h>
 
+#include "shared/occlusion.h"
 #include "source/displaced_worlds.h"
 
 enum { TRIANGLES_MOST = 300000, VIEWS = 24 };
@@ -145,12 +146,34 @@ static void add_outcome(outcome *to, outcome one)
     to->open += one.open;
 }
 
+// Something hides parts of the picture, now and then: depths of places, which never fall.
+static void hide_some(clast_source_view *view, numbers *random)
+{
+    enum { ACROSS = 32, DOWN = 18 };
+    static float depths[ACROSS * DOWN][OCCLUSION_DEPTHS];
+    float far_away = sqrtf(dot3(load3(view->eye), load3(view->eye))) + 2.0f;
+    for (uint32_t i = 0; i < ACROSS * DOWN; i++) {
+        float depth = far_away * fabsf(next_number(random));
+        for (uint32_t k = 0; k < OCCLUSION_DEPTHS; k++) {
+            depths[i][k] = depth;
+            depth += next_number(random) > 0.8f ? 0.2f * far_away : 0.0f;
+        }
+    }
+    view->places = (packed2){{ACROSS, DOWN}};
+    view->places_across = ACROSS;
+    view->places_down = DOWN;
+    view->depths = store_address((uint64_t)(uintptr_t)depths);
+}
+
 static outcome look_from_many_places(const kind_world *world, const clast_pose *pose, uint32_t views)
 {
     outcome sum = {0};
     numbers random = {99};
     for (uint32_t i = 0; i < views; i++) {
         clast_source_view view = random_view(&random, i);
+        if (i % 3 == 1) {
+            hide_some(&view, &random);
+        }
         outcome one = look(world, pose, &view);
         if (one.open != 0) {
             print_message("view %u: %u of %llu sides are open\n", i, one.open,

@@ -7,7 +7,7 @@
 
 #include "source/rate.h"
 
-enum { ROUNDS = 1500, EDGES = 384 };
+enum { ROUNDS = 1500, EDGES = 384, ACROSS = 23, DOWN = 12 };
 
 static const clast_isa all_sets[] = {
 #define SET(name, value, text) name,
@@ -68,6 +68,26 @@ static void make_cluster(cluster *c)
     }
 }
 
+// Depths of places, which never fall; now and then there is nothing.
+static float depths[ACROSS * DOWN][OCCLUSION_DEPTHS];
+
+static void hide_some(clast_source_view *view)
+{
+    float far_away = powf(2.0f, between(-3.0f, 6.0f));
+    for (uint32_t i = 0; i < ACROSS * DOWN; i++) {
+        float depth = between(0.0f, far_away);
+        for (uint32_t k = 0; k < OCCLUSION_DEPTHS; k++) {
+            depths[i][k] = depth;
+            depth = below(40) == 0 ? 1e30f : depth + (below(4) == 0 ? between(0.0f, 0.3f * far_away) : 0.0f);
+        }
+    }
+    view->places = (packed2){{(float)ACROSS - between(0.0f, 1.0f), (float)DOWN - between(0.0f, 1.0f)}};
+    view->places_across = ACROSS;
+    view->places_down = DOWN;
+    view->deviation = below(3) == 0 ? 0.0f : between(0.0f, 0.2f * far_away);
+    view->depths = store_address((uint64_t)(uintptr_t)depths);
+}
+
 static clast_rate_view make_view(void)
 {
     clast_source_view view = {
@@ -91,6 +111,9 @@ static clast_rate_view make_view(void)
     if (below(4) == 0) { // all there is lies within the picture
         view.extent = (packed2){{100.0f, 100.0f}};
         view.to_camera.rows[2] = (packed4){{0.01f, 0.01f, 0.01f, 50.0f}};
+    }
+    if (below(3) != 0) {
+        hide_some(&view);
     }
     return rate_view(view, below(2));
 }
@@ -138,7 +161,8 @@ static uint32_t factor_of(clast_rate_view view, const cluster *c, const clast_ra
         return 1;
     }
     clast_rate_point middle = middle_of(view, c, job, i);
-    float wanted = edge_wanted(view, point_of(view, c, a), middle, point_of(view, c, b));
+    clast_rate_point from = point_of(view, c, a), to = point_of(view, c, b);
+    float wanted = edge_wanted(view, from, middle, to, clast_rate_open(&view, from, middle, to));
     return edge_factor(wanted, job->apart != NULL ? job->apart[i] : WEIGHT_ONE);
 }
 

@@ -341,6 +341,40 @@ static void what_lies_behind_is_hidden_alike(void **state)
     twins_close(&t);
 }
 
+static uint64_t triangles_behind(twins *t, float x)
+{
+    const float at[12] = {1.5f, 0, 0, x, 0, 1.5f, 0, 0, 0, 0, 1.5f, 4};
+    assert_ok(device.context, clast_scene_set_instance_transform(t->stage.scene, 1, at));
+    run_and_compare(t);
+    return t->frame->triangles;
+}
+
+// A sphere goes by before another: it hides some of its edges, and then none.
+static void edges_that_lie_behind_are_hidden_alike(void **state)
+{
+    (void)state;
+    twins t = twins_open();
+    clast_scene *scene = t.stage.scene;
+    t.stage.frame->settings.width = 1280;
+    t.stage.frame->settings.height = 720;
+    uint32_t geometry = shape_add_sphere(device.context, scene, 32, 21);
+    shape_displace(device.context, scene, geometry, 0, 0.01f);
+    shape_add_instance(device.context, scene, geometry, 0, 0, -2, 3);
+    shape_add_instance(device.context, scene, shape_add_sphere(device.context, scene, 24, 16), 0, 0, 4, 1);
+    uint64_t open = triangles_behind(&t, 20), last = open;
+    assert_true(load_address(t.frame->units[0].view.depths) != 0); // it hides itself
+    for (int i = 0; i < 3; i++) {
+        uint64_t triangles = triangles_behind(&t, 2.0f - (float)i);
+        assert_true(triangles < last);
+        last = triangles;
+    }
+    assert_true(last < open * 9 / 10);
+    assert_int_equal(triangles_behind(&t, 20), open);
+    t.stage.frame->settings.hidden_fraction = 1.0;
+    assert_true(triangles_behind(&t, 0) > open);
+    twins_close(&t);
+}
+
 static void frames_do_not_depend_on_those_before(void **state)
 {
     (void)state;
@@ -402,6 +436,7 @@ int main(void)
         cmocka_unit_test(edits_between_frames_are_followed),
         cmocka_unit_test(meshes_that_morph_are_the_same),
         cmocka_unit_test(what_lies_behind_is_hidden_alike),
+        cmocka_unit_test(edges_that_lie_behind_are_hidden_alike),
         cmocka_unit_test(frames_do_not_depend_on_those_before),
         cmocka_unit_test(frames_without_anything_are_empty),
         cmocka_unit_test(what_does_not_fit_the_device_is_refused),
