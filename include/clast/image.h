@@ -48,6 +48,18 @@ CLAST_API clast_status clast_image_write(clast_context *context, const char *pat
 CLAST_API clast_status clast_image_write_layers(clast_context *context, const char *path, uint32_t width,
                                                 uint32_t height, const clast_image_layer *layers, size_t count);
 
+/** A part of a picture that a file has, and the size of the whole. */
+typedef struct clast_image_window {
+    uint32_t x, y; /**< of the part, from the picture's upper left corner */
+    uint32_t width, height;
+    uint32_t picture_width, picture_height;
+} clast_image_window;
+/** The same for a part of a picture: the file's data window, within a display window that is the picture's. The layers' pixels
+ *  are those of the part. INVALID_ARGUMENT where it does not lie in the picture. */
+CLAST_API clast_status clast_image_write_window(clast_context *context, const char *path,
+                                                const clast_image_window *window, const clast_image_layer *layers,
+                                                size_t count);
+
 /** How two images differ. Values are on the scale of the files: 0 to 1 for integer types. */
 typedef struct clast_image_difference {
     double mean_squared_error;

@@ -173,7 +173,8 @@
     X(CLAST_VIEW_PRIMITIVE, 9, "primitive", 1, 0, "number of the base triangle, or other part, of the geometry") \
     X(CLAST_VIEW_SEGMENTS, 10, "segments", 1, 1, "segments of the nearest base edge; 0 where geometry does not adapt") \
     X(CLAST_VIEW_RATE, 11, "rate", 1, 1, "segments granted over segments wanted, of the nearest base edge") \
-    X(CLAST_VIEW_AREA, 12, "area", 1, 1, "pixels that the triangle covers, seen or not")
+    X(CLAST_VIEW_AREA, 12, "area", 1, 1, "pixels that the triangle covers, seen or not") \
+    X(CLAST_VIEW_SAMPLES, 13, "samples", 1, 0, "samples that the pixel got: where noise decides, not all get as many")
 
 /* X(name, value, text, help): the passes of a frame, in order. */
 #define CLAST_PASS_LIST(X) \
@@ -191,6 +192,9 @@
     X(CLAST_PASS_TRACE, 11, "trace", "visibility of the primary rays") \
     X(CLAST_PASS_SHADE, 12, "shade", "radiance and the other views")
 
+/* Samples of a pixel at most where a time limit or a noise target ends a render and no count is given. */
+#define CLAST_SPP_WITHOUT_COUNT 65536u
+
 /* The settings of a render, from which come clast_render_settings, the command line, the scene file's "settings" and
  * the help. Zero always means the default; a number whose default is another is zero where it is CLAST_ZERO. On the
  * command line, dashes stand for underscores.
@@ -201,7 +205,17 @@
 #define CLAST_RENDER_SETTING_LIST(UINT, REAL, CHOICE, TEXT) \
     UINT(width, 1280, 1, 65536, "PIXELS", "width of the picture") \
     UINT(height, 720, 1, 65536, "PIXELS", "height of the picture") \
-    UINT(spp, 16, 1, 1048576, "N", "samples per pixel") \
+    TEXT( \
+        crop, "", "X,Y,WIDTH,HEIGHT", \
+        "part of the picture that is rendered, in pixels from its upper left corner: the same pixels as in the whole") \
+    UINT(spp, 16, 1, 1048576, "N", \
+         "samples per pixel; not given, up to 65536 where a time limit or a noise target ends the picture") \
+    REAL(time_limit, 0.0, 0.0, 1e9, "SECONDS", \
+         "renders whole samples of all pixels, one at least, until the next would take longer; 0 is no limit") \
+    REAL( \
+        noise_target, 0.0, 0.0, 1.0, "NOISE", \
+        "ends squares of 8 x 8 pixels whose noise is below it; of 1, what is seen of white: 0.01 is fine; 0 is no target") \
+    UINT(min_spp, 32, 1, 1048576, "N", "samples that each pixel gets before noise is looked at, each 16th time") \
     UINT(bounces, 8, 1, 1024, "N", "most surface interactions of a path; 1 is direct light only") \
     UINT(seed, 0, 0, 4294967295u, "N", "seed of the random numbers") \
     UINT(max_clusters, 0, 0, 4294967295u, "N", "most clusters of a frame; 0 is no bound") \

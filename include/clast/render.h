@@ -38,6 +38,15 @@ typedef struct clast_render_settings {
 /** Puts defaults in place of zeros, and checks ranges: INVALID_ARGUMENT names the setting and its range. */
 CLAST_API clast_status clast_render_settings_resolve(clast_context *context, clast_render_settings *settings);
 
+/** A part of a picture, in pixels from its upper left corner. */
+typedef struct clast_render_area {
+    uint32_t x, y, width, height;
+} clast_render_area;
+/** The part that settings.crop says, or the whole picture: outputs have its size. INVALID_ARGUMENT where it does not lie in the
+ *  picture. */
+CLAST_API clast_status clast_render_settings_area(clast_context *context, const clast_render_settings *settings,
+                                                  clast_render_area *area);
+
 /** The settings that a scene file brought; zero where it says nothing. Texts are the scene's. */
 CLAST_API void clast_scene_settings(const clast_scene *scene, clast_render_settings *settings);
 /** The same, with those that the scene file gives keys over time as they are at `time`, in seconds. */
@@ -77,7 +86,7 @@ CLAST_API clast_status clast_renderer_locate(const clast_renderer *renderer, con
                                              clast_surface *surface);
 
 /** A picture to make: `pixels` is the caller's, width * height * channels (CLAST_VIEW_LIST) floats or uint32_t, row by row
- *  from the top. */
+ *  from the top. Width and height are those of clast_render_settings_area. */
 typedef struct clast_render_output {
     clast_view view;
     void *pixels;
@@ -87,8 +96,11 @@ typedef struct clast_render_statistics {
     double pass_milliseconds[CLAST_PASS_COUNT_];
     double cook_milliseconds;
     double total_milliseconds;
-    uint32_t samples; /**< per pixel, done; fewer than asked where cancelled */
-    uint64_t rays;    /**< all */
+    uint32_t samples;    /**< per pixel, done; fewer than asked where cancelled, or where a limit ended the render */
+    double mean_samples; /**< of all pixels: where noise decides, not all get as many */
+    uint64_t pixels_above_target;     /**< whose noise was above the target when the render ended */
+    double first_sample_milliseconds; /**< from the call until each pixel had a sample */
+    uint64_t rays;                    /**< all */
     uint64_t primary_rays;
     uint64_t triangles; /**< emitted this frame, over all units */
     uint64_t instanced_triangles;

@@ -18,6 +18,9 @@ clast_display with_range(clast_display how)
         how.high = rough_log(uintBitsToFloat(most));
     } else if (push.view == CLAST_VIEW_STEPS) {
         how.high = to_float(max_uint(most, 1u));
+    } else if (push.view == CLAST_VIEW_SAMPLES) {
+        how.low = rough_log2(to_float(max_uint(least, 1u)));
+        how.high = rough_log2(to_float(max_uint(most, 1u)));
     }
     return how;
 }
@@ -38,6 +41,7 @@ vec3 pixel_colour(clast_display how, uint number)
     case CLAST_VIEW_RATE: return display_balance(real_at(number));
     case CLAST_VIEW_AREA: return display_balance(rough_divide(real_at(number), how.area));
     case CLAST_VIEW_STEPS: return display_steps(how, word_at(number));
+    case CLAST_VIEW_SAMPLES: return display_samples(how, word_at(number));
     }
     return splat3(0.0f);
 }

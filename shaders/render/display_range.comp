@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The range of depths, or of steps. The bits of depths, which are more than zero, compare as they do.
+// The range of depths, of steps, or of samples. The bits of depths, which are more than zero, compare as they do.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "render/display.glsl"

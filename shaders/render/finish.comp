@@ -5,6 +5,17 @@
 #include "render/paths.glsl"
 layout(local_size_x = 128) in;
 
+void add_to_half(clast_path_pixel pixel, vec3 radiance)
+{
+    uint64_t halves = load_address(render_of().of.halves);
+    if (halves != 0ul) {
+        floats sums = floats(halves + 12ul * pixel_number(pixel));
+        for (uint c = 0u; c < 3u; c++) {
+            sums.at[c] += radiance[c];
+        }
+    }
+}
+
 void main()
 {
     uint path = linear_group() * PATH_GROUP + gl_LocalInvocationIndex;
@@ -22,5 +33,8 @@ void main()
         atomicAdd(queue_of().of.rejected, 1u);
     } else {
         add_to_view(CLAST_VIEW_COLOUR, pixel, radiance);
+        if (is_of_half(push.sample_number)) {
+            add_to_half(pixel, radiance);
+        }
     }
 }

@@ -20,7 +20,7 @@ layout(push_constant, scalar) uniform clast_path_push {
     uint64_t render;    // clast_device_render
     uint sample_number; // of each pixel
     uint bounce;
-    uint first_row;     // of the picture, where the tile begins
+    uint first_square;  // of the list, where the tile begins
     uint places;        // of the tile
     uint list;          // LIST_ that is worked on
 } push;
@@ -99,16 +99,29 @@ uint64_t ticket_of(uint list) { return load_address(render_of().of.queue) + PATH
 
 // ------------------------------------------------------------------------------------------------------------- pixels
 
-clast_path_pixel pixel_of_path(uint path) { return pixel_of_place(path, render_of().of.squares_across, push.first_row); }
+// A pixel of what is rendered, or, at its edges, outside of that.
+clast_path_pixel pixel_of_path(uint path)
+{
+    uint square = uints(load_address(render_of().of.squares)).at[push.first_square + path / SQUARE_PIXELS];
+    return pixel_of_square(square, path % SQUARE_PIXELS, render_of().of.squares_across, square_inset(render_of().of.area_x),
+                           square_inset(render_of().of.area_y));
+}
 
-bool is_in_picture(clast_path_pixel pixel) { return pixel.x < render_of().of.width && pixel.y < render_of().of.height; }
+bool is_in_picture(clast_path_pixel pixel)
+{
+    return pixel.x < render_of().of.area_width && pixel.y < render_of().of.area_height;
+}
 
 uint64_t pixel_number(clast_path_pixel pixel)
 {
-    return uint64_t(pixel.y) * uint64_t(render_of().of.width) + uint64_t(pixel.x);
+    return uint64_t(pixel.y) * uint64_t(render_of().of.area_width) + uint64_t(pixel.x);
 }
 
-uint seed_of(clast_path_pixel pixel) { return path_seed(pixel.x, pixel.y, render_of().of.seed); }
+// By the pixel's place in the whole picture.
+uint seed_of(clast_path_pixel pixel)
+{
+    return path_seed(render_of().of.area_x + pixel.x, render_of().of.area_y + pixel.y, render_of().of.seed);
+}
 
 // A view's first channel in a pixel; not to be read where the view is not wanted.
 bool is_wanted(uint view) { return any(notEqual(render_of().of.views[view], uvec2(0u, 0u))); }

@@ -69,7 +69,8 @@ clast_ray make_ray(vec3 origin, float t_min, vec3 direction, float t_max)
 clast_ray primary_ray_of(clast_path_pixel pixel)
 {
     clast_camera_ray ray = primary_ray(frame_of_render().of.camera, render_of().of.width, render_of().of.height,
-                                       pixel.x, pixel.y, push.sample_number, seed_of(pixel));
+                                       render_of().of.area_x + pixel.x, render_of().of.area_y + pixel.y,
+                                       push.sample_number, seed_of(pixel));
     return make_ray(load3(ray.origin), ray.t_min, load3(ray.direction), ray.t_max);
 }
 

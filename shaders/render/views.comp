@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views from what the first sample's rays hit, and of how geometry is cut there: the twin of src/render/passes.c's
-// keep_first_rows() and of src/render/views.c.
+// Views from what the first sample's rays hit, and of how geometry is cut there: the twin of src/render/views.c.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "render/paths.glsl"

@@ -259,7 +259,9 @@ static clast_status render(clast_renderer *renderer, const clast_render_settings
     clast_kept_environment kept;
     status = clast_environment_begin(renderer, &resolved, &kept);
     if (status == CLAST_OK) {
+        double before = clast_clock() - begun;
         status = clast_render_frame(frame, backend, &resolved, outputs, count, statistics);
+        statistics->first_sample_milliseconds += 1000.0 * before;
         clast_environment_end(renderer, &kept);
     }
     clast_collect_statistics(renderer, frame, statistics);

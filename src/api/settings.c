@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "clast/render.h"
+#include "render/squares.h"
 #include "scene/scene.h"
 
 // Between keys the value goes straight; before the first and after the last it stays.
@@ -87,6 +87,21 @@ clast_status clast_render_settings_resolve(clast_context *context, clast_render_
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_status status = CLAST_OK;
+    if (settings->spp == 0 && (settings->time_limit > 0.0 || settings->noise_target > 0.0)) {
+        settings->spp = CLAST_SPP_WITHOUT_COUNT;
+    }
     CLAST_RENDER_SETTING_LIST(RESOLVE_NUMBER, RESOLVE_NUMBER, RESOLVE_CHOICE, RESOLVE_TEXT)
-    return status;
+    clast_render_area area;
+    return status == CLAST_OK ? clast_find_area(context, settings, &area) : status;
+}
+
+clast_status clast_render_settings_area(clast_context *context, const clast_render_settings *settings,
+                                        clast_render_area *area)
+{
+    if (context == NULL || settings == NULL || area == NULL) {
+        return CLAST_ERROR_INVALID_ARGUMENT;
+    }
+    clast_render_settings resolved = *settings;
+    clast_status status = clast_render_settings_resolve(context, &resolved);
+    return status == CLAST_OK ? clast_find_area(context, &resolved, area) : status;
 }

@@ -66,7 +66,8 @@ clast_option_word clast_option_spell(const clast_option *option)
 bool clast_option_is_for(const clast_option *option, clast_verb verb)
 {
     // Settings of a render that are of the picture, not of the geometry.
-    static const char *const of_picture[] = {"spp", "bounces", "seed", "exposure", "tonemap", "env", "fireflies"};
+    static const char *const of_picture[] = {"spp",       "bounces", "seed",       "exposure",     "tonemap", "env",
+                                             "fireflies", "crop",    "time_limit", "noise_target", "min_spp"};
     for (size_t i = 0; verb == CLAST_VERB_EXPORT && i < sizeof of_picture / sizeof *of_picture; i++) {
         if (strcmp(option->name, of_picture[i]) == 0) {
             return false;

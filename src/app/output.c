@@ -31,6 +31,7 @@ static const char *const layer_names[CLAST_VIEW_COUNT_][2] = {
     [CLAST_VIEW_SEGMENTS] = {"segments", "X"},
     [CLAST_VIEW_RATE] = {"rate", "X"},
     [CLAST_VIEW_AREA] = {"area", "X"},
+    [CLAST_VIEW_SAMPLES] = {"samples", "X"},
 };
 
 static view_info view_about(clast_view view)
@@ -166,14 +167,16 @@ char *clast_output_frame_path(clast_context *context, const char *path, uint32_t
     return result;
 }
 
-clast_status clast_output_allocate(clast_context *context, clast_output *picture, uint32_t width, uint32_t height)
+clast_status clast_output_allocate(clast_context *context, clast_output *picture, const clast_render_settings *settings,
+                                   const clast_render_area *area)
 {
-    picture->width = width;
-    picture->height = height;
+    picture->width = settings->width;
+    picture->height = settings->height;
+    picture->area = *area;
     size_t pixels = 0;
-    if (!clast_multiply_size(width, height, &pixels)) {
+    if (!clast_multiply_size(area->width, area->height, &pixels)) {
         return clast_fail(context, CLAST_ERROR_LIMIT, "a picture of %u x %u pixels is too large for this machine",
-                          width, height);
+                          area->width, area->height);
     }
     for (size_t i = 0; i < picture->output_count; i++) {
         uint32_t channels = view_about(picture->outputs[i].view).channels;
@@ -187,21 +190,21 @@ clast_status clast_output_allocate(clast_context *context, clast_output *picture
 
 static clast_status write_display(clast_context *context, clast_output *picture, const clast_render_settings *settings)
 {
-    size_t pixels = (size_t)picture->width * picture->height, size = 3 * (size_t)picture->bits / 8;
+    size_t pixels = (size_t)picture->area.width * picture->area.height, size = 3 * (size_t)picture->bits / 8;
     void *values = clast_allocate(context, pixels, size);
     if (values == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     const clast_render_output *output = &picture->outputs[0];
-    clast_image image = {picture->width, picture->height, 3, CLAST_PIXEL_UNORM8, values};
+    clast_image image = {picture->area.width, picture->area.height, 3, CLAST_PIXEL_UNORM8, values};
     clast_status status;
     if (picture->bits == 16) {
         image.type = CLAST_PIXEL_UNORM16;
-        status = clast_view_to_display_16(context, output->view, output->pixels, picture->width, picture->height,
-                                          settings, values);
+        status = clast_view_to_display_16(context, output->view, output->pixels, picture->area.width,
+                                          picture->area.height, settings, values);
     } else {
-        status = clast_view_to_display(context, output->view, output->pixels, picture->width, picture->height, settings,
-                                       values);
+        status = clast_view_to_display(context, output->view, output->pixels, picture->area.width, picture->area.height,
+                                       settings, values);
     }
     if (status == CLAST_OK) {
         status = clast_image_write(context, picture->path, &image);
@@ -220,7 +223,7 @@ static bool can_be_half(clast_view view)
 static clast_status write_layers(clast_context *context, clast_output *picture)
 {
     clast_image_layer layers[CLAST_VIEW_COUNT_];
-    size_t pixels = (size_t)picture->width * picture->height;
+    size_t pixels = (size_t)picture->area.width * picture->area.height;
     picture->hash = 0;
     for (size_t i = 0; i < picture->output_count; i++) {
         view_info info = view_about(picture->outputs[i].view);
@@ -232,8 +235,9 @@ static clast_status write_layers(clast_context *context, clast_output *picture)
         picture->hash = XXH3_64bits_withSeed(picture->outputs[i].pixels, pixels * info.channels * sizeof(float),
                                              picture->hash);
     }
-    return clast_image_write_layers(context, picture->path, picture->width, picture->height, layers,
-                                    picture->output_count);
+    clast_image_window window = {picture->area.x,      picture->area.y, picture->area.width,
+                                 picture->area.height, picture->width,  picture->height};
+    return clast_image_write_window(context, picture->path, &window, layers, picture->output_count);
 }
 
 // Linear formats have one or three channels: two (texture coordinates) get a third of zeros, and HDR repeats a single one.
@@ -241,7 +245,7 @@ static clast_status write_linear(clast_context *context, clast_output *picture)
 {
     view_info info = view_about(picture->outputs[0].view);
     const float *values = picture->outputs[0].pixels;
-    size_t pixels = (size_t)picture->width * picture->height;
+    size_t pixels = (size_t)picture->area.width * picture->area.height;
     uint32_t channels = info.channels == 1 && picture->format == CLAST_OUTPUT_PFM ? 1 : 3;
     float *padded = NULL;
     picture->hash = XXH3_64bits(values, pixels * info.channels * sizeof(float));
@@ -258,7 +262,7 @@ static clast_status write_linear(clast_context *context, clast_output *picture)
         }
         values = padded;
     }
-    clast_image image = {picture->width, picture->height, channels, CLAST_PIXEL_FLOAT, values};
+    clast_image image = {picture->area.width, picture->area.height, channels, CLAST_PIXEL_FLOAT, values};
     clast_status status = clast_image_write(context, picture->path, &image);
     clast_free(context, padded);
     return status;

@@ -20,8 +20,9 @@ typedef struct clast_output {
     uint32_t bits;                                  // of a channel, where the format has a choice
     clast_render_output outputs[CLAST_VIEW_COUNT_]; // pixels are blocks of clast_allocate
     size_t output_count;
-    uint32_t width, height;
-    uint64_t hash; // of what was written, set by clast_output_write
+    clast_render_area area; // of the picture, what the file has
+    uint32_t width, height; // of the whole picture
+    uint64_t hash;          // of what was written, set by clast_output_write
 } clast_output;
 
 // Decides path, format and views from the command line; checks that the format can hold the view and that the file can be
@@ -31,7 +32,8 @@ clast_exit clast_output_plan(clast_session *session, clast_output *picture);
 // clast_allocate; null where memory ran out.
 char *clast_output_frame_path(clast_context *context, const char *path, uint32_t frame);
 // Makes room for the pixels.
-clast_status clast_output_allocate(clast_context *context, clast_output *picture, uint32_t width, uint32_t height);
+clast_status clast_output_allocate(clast_context *context, clast_output *picture, const clast_render_settings *settings,
+                                   const clast_render_area *area);
 clast_status clast_output_write(clast_context *context, clast_output *picture, const clast_render_settings *settings);
 void clast_output_free(clast_context *context, clast_output *picture);
 

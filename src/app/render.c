@@ -18,6 +18,7 @@ typedef struct clast_render_work {
     clast_render_statistics statistics;
     double load_milliseconds;
     double write_milliseconds;
+    double first_picture; // milliseconds until each pixel of the first picture had a sample
     bool was_cancelled;
     char *output;   // as the command line has it, where frames have names of their own
     json_t *frames; // what --json tells of each
@@ -34,16 +35,23 @@ static clast_status load(clast_render_work *work)
 static clast_status prepare(clast_render_work *work)
 {
     clast_context *context = work->session.context;
-    work->session.samples = work->settings.spp;
-    clast_status status = clast_output_allocate(context, &work->picture, work->settings.width, work->settings.height);
+    clast_render_area area;
+    clast_status status = clast_render_settings_area(context, &work->settings, &area);
+    if (status == CLAST_OK) {
+        status = clast_output_allocate(context, &work->picture, &work->settings, &area);
+    }
     return status == CLAST_OK ? clast_renderer_create(work->scene, &work->renderer) : status;
 }
 
 // Renders the picture and writes it. A render that was stopped counts as done where each pixel has a sample at least.
 static clast_status make_picture(clast_render_work *work)
 {
+    double before = 1000.0 * clast_session_seconds(&work->session);
     clast_status status = clast_render(work->renderer, &work->settings, work->picture.outputs,
                                        work->picture.output_count, &work->statistics);
+    if (work->first_picture == 0.0) {
+        work->first_picture = before + work->statistics.first_sample_milliseconds;
+    }
     if (status == CLAST_ERROR_CANCELLED && work->statistics.samples > 0) {
         work->was_cancelled = true;
         status = CLAST_OK;
@@ -62,7 +70,7 @@ static json_t *milliseconds_object(const clast_render_work *work)
     return json_pack("{s:f, s:f, s:o, s:f, s:f, s:f, s:f}", "load", work->load_milliseconds, "cook",
                      work->statistics.cook_milliseconds, "passes", clast_report_passes(&work->statistics), "render",
                      work->statistics.total_milliseconds, "write", work->write_milliseconds, "first_picture",
-                     1000.0 * session->first_picture, "total", 1000.0 * clast_session_seconds(session));
+                     work->first_picture, "total", 1000.0 * clast_session_seconds(session));
 }
 
 // Adds what is known of the picture itself.
@@ -70,11 +78,13 @@ static json_t *add_picture(const clast_render_work *work, json_t *object)
 {
     char hash[20];
     snprintf(hash, sizeof hash, "%016" PRIx64, work->picture.hash);
-    json_t *picture = json_pack(
-        "{s:o, s:b, s:i, s:o, s:I, s:I, s:f, s:s}", "output", clast_report_text(work->picture.path), "cancelled",
-        work->was_cancelled, "samples", (int)work->statistics.samples, "milliseconds", milliseconds_object(work),
-        "rays", (json_int_t)work->statistics.rays, "primary_rays", (json_int_t)work->statistics.primary_rays,
-        "mrays_per_second", clast_mega_rays_per_second(&work->statistics), "image_hash", hash);
+    json_t *picture = json_pack("{s:o, s:b, s:i, s:f, s:I, s:o, s:I, s:I, s:f, s:s}", "output",
+                                clast_report_text(work->picture.path), "cancelled", work->was_cancelled, "samples",
+                                (int)work->statistics.samples, "mean_samples", work->statistics.mean_samples,
+                                "pixels_above_target", (json_int_t)work->statistics.pixels_above_target, "milliseconds",
+                                milliseconds_object(work), "rays", (json_int_t)work->statistics.rays, "primary_rays",
+                                (json_int_t)work->statistics.primary_rays, "mrays_per_second",
+                                clast_mega_rays_per_second(&work->statistics), "image_hash", hash);
     if (object == NULL || picture == NULL || json_object_update(object, picture) != 0 ||
         clast_report_add_counts(object, &work->statistics) != 0) {
         json_decref(object);

@@ -49,10 +49,6 @@ static void show_progress(clast_session *session, const char *stage, uint64_t do
 static bool note_progress(void *user, const char *stage, uint64_t done, uint64_t total)
 {
     clast_session *session = user;
-    if (session->first_picture == 0.0 && session->samples != 0 && total != 0 && strcmp(stage, "render") == 0 &&
-        (double)done * session->samples >= (double)total) {
-        session->first_picture = clast_session_seconds(session);
-    }
     if (session->shows_progress) {
         show_progress(session, stage, done, total);
     }

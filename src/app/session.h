@@ -16,9 +16,7 @@ typedef struct clast_session {
     bool line_is_shown; // a progress line stands on the terminal
     char stage[32];
     double stage_begun;
-    double shown;         // when the line was last written
-    uint32_t samples;     // of a render, per pixel; 0 where nothing is rendered
-    double first_picture; // seconds until each pixel had a sample; 0 where not yet
+    double shown; // when the line was last written
     uint32_t frame,
         frame_count; // of an animation, for the progress: the first is 0; no frames where there is one picture
 } clast_session;

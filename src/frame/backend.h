@@ -29,6 +29,8 @@ typedef struct clast_backend {
     clast_pass_function passes[CLAST_PASS_COUNT_];
     clast_count_function count;         // null is the CPU's
     clast_coarse_function coarse;       // likewise
+    clast_pass_function measure;        // the noise of a render so far: render/render.h
+    clast_pass_function fetch;          // brings a render's sums to its target; null where they are there
     void (*forget)(clast_frame *frame); // a pass failed: what was made is made anew; null where nothing is kept
 } clast_backend;
 

@@ -196,7 +196,8 @@ static void exr_encode_image(clast_file_output *output, const clast_image *image
 {
     static const char *const names[] = {"Y", "YA", "RGB", "RGBA"};
     clast_image_layer layer = {.name = "", .channels = names[image->channels - 1], .pixels = image->pixels};
-    clast_exr_encode(output, image->width, image->height, &layer, 1);
+    clast_image_window window = {0, 0, image->width, image->height, image->width, image->height};
+    clast_exr_encode(output, &window, &layer, 1);
 }
 
 // What the extension of a file to write stands for. The masks have a bit for each pixel type and channel count.
@@ -293,14 +294,19 @@ static bool layers_are_valid(const clast_image_layer *layers, size_t count)
     return true;
 }
 
-clast_status clast_image_write_layers(clast_context *context, const char *path, uint32_t width, uint32_t height,
+static bool side_is_valid(uint32_t first, uint32_t count, uint32_t whole)
+{
+    return whole <= CLAST_IMAGE_SIDE && count != 0 && count <= whole && first <= whole - count;
+}
+
+clast_status clast_image_write_window(clast_context *context, const char *path, const clast_image_window *window,
                                       const clast_image_layer *layers, size_t count)
 {
-    if (context == NULL || path == NULL) {
+    if (context == NULL || path == NULL || window == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
-    if (width == 0 || width > CLAST_IMAGE_SIDE || height == 0 || height > CLAST_IMAGE_SIDE ||
-        !layers_are_valid(layers, count)) {
+    if (!side_is_valid(window->x, window->width, window->picture_width) ||
+        !side_is_valid(window->y, window->height, window->picture_height) || !layers_are_valid(layers, count)) {
         return clast_fail(context, CLAST_ERROR_INVALID_ARGUMENT,
                           "%s: a size, layer or channel name of the image is out of range", path);
     }
@@ -312,8 +318,15 @@ clast_status clast_image_write_layers(clast_context *context, const char *path, 
     clast_file_output output;
     clast_status status = clast_file_create(context, path, &output);
     if (status == CLAST_OK) {
-        clast_exr_encode(&output, width, height, layers, count);
+        clast_exr_encode(&output, window, layers, count);
         status = clast_file_commit(&output);
     }
     return status;
+}
+
+clast_status clast_image_write_layers(clast_context *context, const char *path, uint32_t width, uint32_t height,
+                                      const clast_image_layer *layers, size_t count)
+{
+    clast_image_window window = {0, 0, width, height, width, height};
+    return clast_image_write_window(context, path, &window, layers, count);
 }

@@ -59,7 +59,7 @@ clast_status clast_png_encode_block(clast_context *context, const char *name, co
 void clast_jpeg_encode(clast_file_output *output, const clast_image *image);
 void clast_hdr_encode(clast_file_output *output, const clast_image *image);
 void clast_pfm_encode(clast_file_output *output, const clast_image *image);
-void clast_exr_encode(clast_file_output *output, uint32_t width, uint32_t height, const clast_image_layer *layers,
+void clast_exr_encode(clast_file_output *output, const clast_image_window *window, const clast_image_layer *layers,
                       size_t count);
 
 #endif

@@ -87,7 +87,21 @@ static bool list_channels(exr_writer *writer, const clast_image_layer *layers, s
     return true;
 }
 
-static exr_result_t write_header(exr_writer *writer, uint32_t width, uint32_t height)
+static exr_attr_box2i_t box_of(uint32_t x, uint32_t y, uint32_t width, uint32_t height)
+{
+    return (exr_attr_box2i_t){.min = {.x = (int32_t)x, .y = (int32_t)y},
+                              .max = {.x = (int32_t)(x + width - 1), .y = (int32_t)(y + height - 1)}};
+}
+
+static exr_result_t write_windows(exr_context_t file, int part, const clast_image_window *window)
+{
+    exr_attr_box2i_t data = box_of(window->x, window->y, window->width, window->height);
+    exr_attr_box2i_t display = box_of(0, 0, window->picture_width, window->picture_height);
+    exr_result_t result = exr_set_data_window(file, part, &data);
+    return result == EXR_ERR_SUCCESS ? exr_set_display_window(file, part, &display) : result;
+}
+
+static exr_result_t write_header(exr_writer *writer, const clast_image_window *window)
 {
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
     settings.error_handler_fn = keep_error;
@@ -99,8 +113,11 @@ static exr_result_t write_header(exr_writer *writer, uint32_t width, uint32_t he
         result = exr_add_part(writer->file, NULL, EXR_STORAGE_SCANLINE, &part);
     }
     if (result == EXR_ERR_SUCCESS) {
-        result = exr_initialize_required_attr_simple(writer->file, part, (int32_t)width, (int32_t)height,
-                                                     EXR_COMPRESSION_ZIP);
+        result = exr_initialize_required_attr_simple(writer->file, part, (int32_t)window->width,
+                                                     (int32_t)window->height, EXR_COMPRESSION_ZIP);
+    }
+    if (result == EXR_ERR_SUCCESS) {
+        result = write_windows(writer->file, part, window);
     }
     for (size_t i = 0; result == EXR_ERR_SUCCESS && i < writer->channel_count; i++) {
         if (strlen(writer->channels[i].name) > 31) {
@@ -124,10 +141,12 @@ static const exr_channel *find_channel(const exr_writer *writer, const char *nam
     return NULL;
 }
 
-static exr_result_t write_chunk(exr_writer *writer, exr_encode_pipeline_t *encoder, uint32_t width, uint32_t y)
+// `y` counts from the window's first row.
+static exr_result_t write_chunk(exr_writer *writer, exr_encode_pipeline_t *encoder, const clast_image_window *window,
+                                uint32_t y)
 {
     exr_chunk_info_t chunk;
-    exr_result_t result = exr_write_scanline_chunk_info(writer->file, 0, (int)y, &chunk);
+    exr_result_t result = exr_write_scanline_chunk_info(writer->file, 0, (int)(window->y + y), &chunk);
     if (result == EXR_ERR_SUCCESS) {
         result = encoder->channels == NULL ? exr_encoding_initialize(writer->file, 0, &chunk, encoder)
                                            : exr_encoding_update(writer->file, 0, &chunk, encoder);
@@ -144,33 +163,32 @@ static exr_result_t write_chunk(exr_writer *writer, exr_encode_pipeline_t *encod
         to->user_data_type = from->type;
         to->user_bytes_per_element = 4;
         to->user_pixel_stride = from->stride;
-        to->user_line_stride = from->stride * (int32_t)width;
-        to->encode_from_ptr = from->pixels + (size_t)y * width * (size_t)from->stride;
+        to->user_line_stride = from->stride * (int32_t)window->width;
+        to->encode_from_ptr = from->pixels + (size_t)y * window->width * (size_t)from->stride;
     }
     result = exr_encoding_choose_default_routines(writer->file, 0, encoder);
     return result == EXR_ERR_SUCCESS ? exr_encoding_run(writer->file, 0, encoder) : result;
 }
 
-static exr_result_t write_chunks(exr_writer *writer, uint32_t width, uint32_t height)
+static exr_result_t write_chunks(exr_writer *writer, const clast_image_window *window)
 {
     int32_t lines = 1;
     exr_result_t result = exr_get_scanlines_per_chunk(writer->file, 0, &lines);
     exr_encode_pipeline_t encoder = EXR_ENCODE_PIPELINE_INITIALIZER;
-    for (uint32_t y = 0; result == EXR_ERR_SUCCESS && y < height; y += (uint32_t)lines) {
-        result = write_chunk(writer, &encoder, width, y);
+    for (uint32_t y = 0; result == EXR_ERR_SUCCESS && y < window->height; y += (uint32_t)lines) {
+        result = write_chunk(writer, &encoder, window, y);
     }
     exr_encoding_destroy(writer->file, &encoder);
     return result;
 }
 
-void clast_exr_encode(clast_file_output *output, uint32_t width, uint32_t height, const clast_image_layer *layers,
+void clast_exr_encode(clast_file_output *output, const clast_image_window *window, const clast_image_layer *layers,
                       size_t count)
 {
     exr_writer writer = {.output = output};
-    exr_result_t result = list_channels(&writer, layers, count) ? write_header(&writer, width, height)
-                                                                : EXR_ERR_OUT_OF_MEMORY;
+    exr_result_t result = list_channels(&writer, layers, count) ? write_header(&writer, window) : EXR_ERR_OUT_OF_MEMORY;
     if (result == EXR_ERR_SUCCESS) {
-        result = write_chunks(&writer, width, height);
+        result = write_chunks(&writer, window);
     }
     if (writer.file != NULL) {
         exr_result_t finished = exr_finish(&writer.file); // writes the chunk table

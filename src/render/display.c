@@ -37,6 +37,7 @@ static vec3 pixel_colour(const display_job *job, size_t i)
     case CLAST_VIEW_RATE: return display_balance(reals[i]);
     case CLAST_VIEW_AREA: return display_balance(reals[i] / job->how.area);
     case CLAST_VIEW_STEPS: return display_steps(job->how, numbers[i]);
+    case CLAST_VIEW_SAMPLES: return display_samples(job->how, numbers[i]);
     case CLAST_VIEW_COUNT_: break;
     }
     return splat3(0.0f);
@@ -77,6 +78,16 @@ static void find_range(display_job *job, size_t count)
             most = steps[i] != CLAST_NONE ? max_uint(most, steps[i]) : most;
         }
         job->how.high = (float)most;
+    } else if (job->view == CLAST_VIEW_SAMPLES) {
+        const uint32_t *samples = job->values;
+        uint32_t least = UINT32_MAX, most = 1;
+        for (size_t i = 0; i < count; i++) {
+            bool there = samples[i] != CLAST_NONE;
+            least = there ? min_uint(least, samples[i]) : least;
+            most = there ? max_uint(most, samples[i]) : most;
+        }
+        job->how.low = log2f((float)max_uint(least, 1));
+        job->how.high = log2f((float)most);
     }
 }
 

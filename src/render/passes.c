@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes trace and shade on the CPU: bands of the picture one after the other, so that progress can be told and asked; the
-// tiles of a band in parallel.
+// Passes trace and shade on the CPU: bands of squares one after the other, so that progress can be told and asked; the tiles of
+// a band in parallel.
 #include "base/thread.h"
 #include "render/path.h"
 #include "render/views.h"
@@ -10,39 +10,62 @@ const clast_backend clast_cpu_backend = {
     .name = "cpu",
     .passes = {CLAST_FRAME_CPU_PASSES(CPU_PASS) CPU_PASS(CLAST_PASS_TRACE, clast_cpu_trace)
                    CPU_PASS(CLAST_PASS_SHADE, clast_cpu_shade)},
+    .measure = clast_cpu_measure,
 };
+
+// Squares that are worked on between two reports of progress.
+enum { BAND_SQUARES = 1024 };
+
+typedef void (*tile_function)(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch);
 
 typedef struct band_job {
     const clast_frame *frame;
     clast_render_target *target;
-    uint32_t first_row, rows;
-    void (*work)(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch, clast_tile tile);
+    uint32_t first, count; // of the active squares
+    tile_function work;
 } band_job;
+
+static void list_pixels(const clast_render_target *target, uint32_t first, uint32_t count, clast_scratch *scratch)
+{
+    const clast_squares *squares = &target->squares;
+    scratch->pixel_count = 0;
+    for (uint32_t i = 0; i < count * SQUARE_PIXELS; i++) {
+        clast_path_pixel at = clast_pixel_of_square(squares, squares->active[first + i / SQUARE_PIXELS],
+                                                    i % SQUARE_PIXELS);
+        if (at.x < target->area.width && at.y < target->area.height) {
+            scratch->pixels[scratch->pixel_count++] = at;
+        }
+    }
+}
 
 static void band_tiles(void *data, size_t begin, size_t end, uint32_t worker)
 {
     const band_job *job = data;
-    clast_render_target *target = job->target;
-    uint32_t across = (target->width + CLAST_TILE_WIDTH - 1) / CLAST_TILE_WIDTH;
+    clast_scratch *scratch = &job->target->scratch[worker];
     for (size_t i = begin; i < end; i++) {
-        uint32_t x = (uint32_t)(i % across) * CLAST_TILE_WIDTH, y = (uint32_t)(i / across) * CLAST_TILE_HEIGHT;
-        clast_tile tile = {x, job->first_row + y, min_uint(CLAST_TILE_WIDTH, target->width - x),
-                           min_uint(CLAST_TILE_HEIGHT, job->rows - y)};
-        job->work(job->frame, target, &target->scratch[worker], tile);
+        uint32_t first = (uint32_t)i * CLAST_TILE_SQUARES;
+        list_pixels(job->target, job->first + first, min_uint(CLAST_TILE_SQUARES, job->count - first), scratch);
+        job->work(job->frame, job->target, scratch);
     }
 }
 
-static uint64_t band_count(const clast_render_target *target)
+// The next squares that lack the sample under way.
+static band_job next_band(const clast_frame *frame, clast_render_target *target, uint32_t first, tile_function work)
 {
-    return (target->height + target->band_rows - 1) / target->band_rows;
+    return (band_job){frame, target, first, min_uint(BAND_SQUARES, target->squares.active_count - first), work};
+}
+
+static void run_band(band_job *job)
+{
+    size_t tiles = (job->count + CLAST_TILE_SQUARES - 1) / CLAST_TILE_SQUARES;
+    clast_parallel_for(job->frame->context, tiles, 1, band_tiles, job);
 }
 
 // The two passes of a sample are each half of it.
-static clast_status report(const clast_frame *frame, const clast_render_target *target, uint32_t row, bool shading)
+static clast_status report(const clast_frame *frame, const clast_render_target *target, uint32_t square, bool shading)
 {
-    uint64_t bands = band_count(target);
-    uint64_t done = target->sample * 2 * bands + row / target->band_rows + (shading ? bands : 0);
-    return clast_progress(frame->context, "render", done, 2 * bands * target->settings.spp);
+    double part = (double)square / (double)target->squares.active_count;
+    return clast_render_report(frame, target, 0.5 * part + (shading ? 0.5 : 0.0));
 }
 
 static bool is_hidden_back(const clast_frame *frame, const clast_ray *ray, const clast_hit *hit)
@@ -66,87 +89,92 @@ static void look_through_backs(const clast_frame *frame, const clast_hit_filter 
     }
 }
 
-static void trace_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch, clast_tile tile)
+static void trace_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch)
 {
-    uint32_t count = tile.width * tile.height;
     clast_camera_ray rays[CLAST_TILE_PIXELS];
-    for (uint32_t i = 0; i < count; i++) {
-        clast_pixel_place at = clast_tile_pixel(tile, i);
-        rays[i] = clast_primary_ray(frame, target, at.x, at.y);
+    for (uint32_t i = 0; i < scratch->pixel_count; i++) {
+        rays[i] = clast_primary_ray(frame, target, scratch->pixels[i]);
         scratch->rays[i] = clast_ray_of(rays[i]);
     }
     clast_hit_filter filter = {clast_alpha_accepts_by_chance, (void *)frame};
-    clast_trace_closest(frame->tlas, scratch->rays, count, &filter, scratch->hits);
-    for (uint32_t i = 0; i < count; i++) {
+    clast_trace_closest(frame->tlas, scratch->rays, scratch->pixel_count, &filter, scratch->hits);
+    for (uint32_t i = 0; i < scratch->pixel_count; i++) {
         look_through_backs(frame, &filter, scratch->rays[i], &scratch->hits[i]);
-        clast_pixel_place at = clast_tile_pixel(tile, i);
-        size_t pixel = (size_t)at.y * target->width + at.x;
+        size_t pixel = (size_t)scratch->pixels[i].y * target->area.width + scratch->pixels[i].x;
         clast_visibility seen = clast_visibility_of_hit(&scratch->hits[i]);
         target->visibility[pixel] = seen;
-        if (target->sample == 0 && target->sums[CLAST_VIEW_DEPTH] != NULL) {
-            bool hit = seen.instance != CLAST_NONE;
-            target->sums[CLAST_VIEW_DEPTH][pixel] = hit ? camera_depth(frame->settings.camera, rays[i], seen.distance)
-                                                        : INFINITY;
+        if (target->sample != 0) {
+            continue;
+        }
+        clast_keep_views(frame, target, pixel);
+        if (target->sums[CLAST_VIEW_DEPTH] != NULL && seen.instance != CLAST_NONE) {
+            target->sums[CLAST_VIEW_DEPTH][pixel] = camera_depth(frame->settings.camera, rays[i], seen.distance);
         }
     }
-}
-
-static void keep_first(uint32_t *view, size_t first, const clast_visibility *seen, size_t count, size_t member)
-{
-    for (size_t i = 0; view != NULL && i < count; i++) {
-        memcpy(&view[first + i], (const char *)&seen[i] + member, sizeof *view);
-    }
-}
-
-static void keep_first_rows(clast_render_target *target, uint32_t row, uint32_t rows)
-{
-    size_t first = (size_t)row * target->width, count = (size_t)rows * target->width;
-    const clast_visibility *seen = target->visibility + first;
-    keep_first(target->firsts[CLAST_VIEW_INSTANCE], first, seen, count, offsetof(clast_visibility, instance));
-    keep_first(target->firsts[CLAST_VIEW_CLUSTER], first, seen, count, offsetof(clast_visibility, cluster));
-    keep_first(target->firsts[CLAST_VIEW_TRIANGLE], first, seen, count, offsetof(clast_visibility, triangle));
-    keep_first(target->firsts[CLAST_VIEW_STEPS], first, seen, count, offsetof(clast_visibility, steps));
-}
-
-static void run_band(band_job *job)
-{
-    uint32_t across = (job->target->width + CLAST_TILE_WIDTH - 1) / CLAST_TILE_WIDTH;
-    uint32_t down = (job->rows + CLAST_TILE_HEIGHT - 1) / CLAST_TILE_HEIGHT;
-    clast_parallel_for(job->frame->context, (size_t)across * down, 1, band_tiles, job);
 }
 
 clast_status clast_cpu_trace(clast_frame *frame, void *data)
 {
     clast_render_target *target = data;
-    for (uint32_t row = 0; row < target->height; row += target->band_rows) {
-        clast_status status = report(frame, target, row, false);
+    band_job band = next_band(frame, target, target->squares.done, trace_tile);
+    while (band.count != 0) {
+        clast_status status = report(frame, target, band.first, false);
         if (status != CLAST_OK) {
             return status;
         }
-        band_job job = {frame, target, row, min_uint(target->band_rows, target->height - row), trace_tile};
-        run_band(&job);
-        if (target->sample == 0) {
-            keep_first_rows(target, row, job.rows);
-            clast_keep_cut_views(frame, target, row, job.rows);
-        }
+        run_band(&band);
+        band = next_band(frame, target, band.first + band.count, trace_tile);
     }
-    target->primary_rays += (uint64_t)target->width * target->height;
-    atomic_fetch_add(&target->rays, (uint64_t)target->width * target->height);
     return CLAST_OK;
 }
 
 clast_status clast_cpu_shade(clast_frame *frame, void *data)
 {
     clast_render_target *target = data;
-    target->shaded_rows = 0;
-    for (uint32_t row = 0; row < target->height; row += target->band_rows) {
-        clast_status status = report(frame, target, row, true);
+    band_job band = next_band(frame, target, target->squares.done, clast_shade_tile);
+    while (band.count != 0) {
+        clast_status status = report(frame, target, band.first, true);
         if (status != CLAST_OK) {
             return status;
         }
-        band_job job = {frame, target, row, min_uint(target->band_rows, target->height - row), clast_shade_tile};
-        run_band(&job);
-        target->shaded_rows = row + job.rows;
+        run_band(&band);
+        clast_squares_advance(&target->squares, band.count);
+        band = next_band(frame, target, target->squares.done, clast_shade_tile);
     }
+    return CLAST_OK;
+}
+
+// --------------------------------------------------------------------------------------------------------------- noise
+
+static void measure_square(clast_render_target *target, uint32_t square, float gain)
+{
+    const clast_squares *squares = &target->squares;
+    const float *sums = target->sums[CLAST_VIEW_COLOUR];
+    float samples = (float)squares->samples[square], sum = 0.0f;
+    for (uint32_t i = 0; i < SQUARE_PIXELS; i++) {
+        clast_path_pixel at = clast_pixel_of_square(squares, square, i);
+        if (at.x < target->area.width && at.y < target->area.height) {
+            size_t place = 3 * ((size_t)at.y * target->area.width + at.x);
+            const float *all = sums + place, *half = target->halves + place;
+            sum += pixel_noise(vec3(all[0], all[1], all[2]), vec3(half[0], half[1], half[2]), samples, gain);
+        }
+    }
+    squares->noise[square] = sum / (float)clast_square_pixels(squares, square);
+}
+
+static void measure_range(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    clast_render_target *target = data;
+    float gain = exp2f((float)target->settings.exposure);
+    for (size_t i = begin; i < end; i++) {
+        measure_square(target, target->squares.active[i], gain);
+    }
+}
+
+clast_status clast_cpu_measure(clast_frame *frame, void *data)
+{
+    clast_render_target *target = data;
+    clast_parallel_for(frame->context, target->squares.active_count, 16, measure_range, target);
     return CLAST_OK;
 }

@@ -7,9 +7,10 @@
 
 enum { SURFACES = 16 }; // that are found before the first of them is shaded
 
-static uint32_t pixel_seed(const clast_render_target *target, uint32_t x, uint32_t y)
+// By the pixel's place in the whole picture.
+static uint32_t pixel_seed(const clast_render_target *target, clast_path_pixel at)
 {
-    return path_seed(x, y, target->settings.seed);
+    return path_seed(target->area.x + at.x, target->area.y + at.y, target->settings.seed);
 }
 
 static vec2 next_square(const clast_render_target *target, uint32_t seed, uint32_t bounce, uint32_t use)
@@ -17,10 +18,10 @@ static vec2 next_square(const clast_render_target *target, uint32_t seed, uint32
     return path_square(target->sample, seed, bounce, use);
 }
 
-clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, uint32_t x, uint32_t y)
+clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, clast_path_pixel at)
 {
-    return primary_ray(frame->settings.camera, target->width, target->height, x, y, target->sample,
-                       pixel_seed(target, x, y));
+    return primary_ray(frame->settings.camera, target->width, target->height, target->area.x + at.x,
+                       target->area.y + at.y, target->sample, pixel_seed(target, at));
 }
 
 clast_ray clast_ray_of(clast_camera_ray from)
@@ -137,6 +138,9 @@ static void finish_path(const tile_job *job, const clast_path *path)
         radiance = splat3(0.0f);
     }
     add3(target->sums[CLAST_VIEW_COLOUR], path->pixel, radiance);
+    if (target->halves != NULL && is_of_half(target->sample)) {
+        add3(target->halves, path->pixel, radiance);
+    }
 }
 
 static void add_surface_views(clast_render_target *target, uint32_t pixel, const clast_shading_point *point)
@@ -315,13 +319,13 @@ static void trace_shadows(tile_job *job, uint32_t bounce)
     }
 }
 
-static void begin_paths(tile_job *job, clast_tile tile)
+static void begin_paths(tile_job *job)
 {
     clast_render_target *target = job->target;
-    for (uint32_t i = 0; i < tile.width * tile.height; i++) {
-        clast_pixel_place at = clast_tile_pixel(tile, i);
-        uint32_t pixel = at.y * target->width + at.x;
-        clast_camera_ray ray = clast_primary_ray(job->frame, target, at.x, at.y);
+    for (uint32_t i = 0; i < job->scratch->pixel_count; i++) {
+        clast_path_pixel at = job->scratch->pixels[i];
+        uint32_t pixel = at.y * target->area.width + at.x;
+        clast_camera_ray ray = clast_primary_ray(job->frame, target, at);
         job->scratch->paths[i] = (clast_path){
             .throughput = splat3(1.0f),
             .radiance = splat3(0.0f),
@@ -329,11 +333,11 @@ static void begin_paths(tile_job *job, clast_tile tile)
             .direction = load3(ray.direction),
             .cone = camera_cone(job->frame->settings.camera, target->height, load3(ray.direction), target->sample),
             .pixel = pixel,
-            .seed = pixel_seed(target, at.x, at.y),
+            .seed = pixel_seed(target, at),
         };
         job->scratch->seen[i] = target->visibility[pixel];
     }
-    job->path_count = tile.width * tile.height;
+    job->path_count = job->scratch->pixel_count;
 }
 
 // All paths take a step; those that end are finished, the others close ranks.
@@ -376,10 +380,10 @@ static void step_paths(tile_job *job, uint32_t bounce)
     job->path_count = count;
 }
 
-void clast_shade_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch, clast_tile tile)
+void clast_shade_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch)
 {
     tile_job job = {.frame = frame, .target = target, .scratch = scratch};
-    begin_paths(&job, tile);
+    begin_paths(&job);
     for (uint32_t bounce = 0; job.path_count != 0; bounce++) {
         step_paths(&job, bounce);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths of light, followed from the camera, a tile of pixels at a time: all paths of a tile take a step together, so that
-// their rays reach accel/ in batches.
+// Paths of light, followed from the camera, a tile of some squares of pixels at a time: all paths of a tile take a step
+// together, so that their rays reach accel/ in batches.
 #ifndef CLAST_RENDER_PATH_H
 #define CLAST_RENDER_PATH_H
 
@@ -10,9 +10,8 @@
 #include "shared/path.h"
 
 enum {
-    CLAST_TILE_WIDTH = 32,
-    CLAST_TILE_HEIGHT = 16,
-    CLAST_TILE_PIXELS = CLAST_TILE_WIDTH * CLAST_TILE_HEIGHT,
+    CLAST_TILE_SQUARES = 8,
+    CLAST_TILE_PIXELS = CLAST_TILE_SQUARES * SQUARE_PIXELS,
     CLAST_TILE_SHADOWS = 2 * CLAST_TILE_PIXELS
 }; // one for the sun, one for another light
 
@@ -33,6 +32,8 @@ typedef struct clast_path {
 
 // A worker's memory for a tile.
 typedef struct clast_scratch {
+    clast_path_pixel pixels[CLAST_TILE_PIXELS]; // of the tile
+    uint32_t pixel_count;
     clast_path paths[CLAST_TILE_PIXELS];
     clast_visibility seen[CLAST_TILE_PIXELS]; // by each path's ray
     clast_ray rays[CLAST_TILE_PIXELS];
@@ -43,33 +44,11 @@ typedef struct clast_scratch {
     uint8_t occluded[CLAST_TILE_SHADOWS];
 } clast_scratch;
 
-// Pixels of the picture: [x, x + width) x [y, y + height), of a tile's size at most.
-typedef struct clast_tile {
-    uint32_t x, y, width, height;
-} clast_tile;
-
-typedef struct clast_pixel_place {
-    uint32_t x, y;
-} clast_pixel_place;
-
-// The pixel that is a tile's i-th: squares of 64 pixels one after the other, as rays that follow each other and are alike are
-// traced together. Tiles at the picture's edges go row by row.
-static inline clast_pixel_place clast_tile_pixel(clast_tile tile, uint32_t i)
-{
-    enum { SIDE = 8, SQUARE = SIDE * SIDE };
-    if (tile.width % SIDE != 0 || tile.height % SIDE != 0) {
-        return (clast_pixel_place){tile.x + i % tile.width, tile.y + i / tile.width};
-    }
-    uint32_t square = i / SQUARE, across = tile.width / SIDE;
-    return (clast_pixel_place){tile.x + square % across * SIDE + i % SIDE,
-                               tile.y + square / across * SIDE + i % SQUARE / SIDE};
-}
-
 // The ray of a pixel's sample under way.
-clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, uint32_t x, uint32_t y);
+clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, clast_path_pixel at);
 clast_ray clast_ray_of(clast_camera_ray ray);
 
-// Follows the paths of a tile and adds what they find to the target's sums.
-void clast_shade_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch, clast_tile tile);
+// Follows the paths of the scratch's tile and adds what they find to the target's sums.
+void clast_shade_tile(const clast_frame *frame, clast_render_target *target, clast_scratch *scratch);
 
 #endif

@@ -4,6 +4,7 @@
 #define CLAST_RENDER_RENDER_H
 
 #include "frame/backend.h"
+#include "render/squares.h"
 #include "render/texture.h"
 
 struct clast_scatter_tables; // scatter.h: what glass and fuzz give back
@@ -13,21 +14,28 @@ struct clast_scratch;        // path.h: paths of a tile
 // A render under way: samples are added until there are enough.
 typedef struct clast_render_target {
     clast_render_settings settings; // resolved
-    uint32_t width, height;
-    uint32_t sample;              // being traced
-    uint32_t sample_count;        // done
-    uint32_t band_rows;           // rows that are worked on between two reports of progress
-    uint32_t shaded_rows;         // of the sample under way
-    clast_visibility *visibility; // width * height, of the sample under way
+    uint32_t width, height;         // of the whole picture
+    clast_render_area area;         // what is rendered of it: pixels of sums and views are its
+    clast_squares squares;
+    uint32_t sample;              // being traced; before it, all are done
+    uint32_t first_sample;        // of this run: more than zero where it goes on with a checkpoint
+    uint64_t first_work;          // likewise of squares.work
+    bool is_resumed;              // sums are those of a checkpoint
+    bool is_begun;                // on a device, where sums are its until they are fetched
+    double begun;                 // clast_clock() before the first
+    double sample_seconds;        // that the last one took
+    double first_sample_seconds;  // until each pixel had one; 0 where not yet
+    clast_visibility *visibility; // of each pixel, of the sample under way
     float *sums
         [CLAST_VIEW_COUNT_]; // of float views that were asked for, channels of CLAST_VIEW_LIST; depth and uv: first sample
     uint32_t *firsts[CLAST_VIEW_COUNT_]; // integer views: from the first sample, whose rays go through pixel centres
+    float *halves;     // of the sums of colour, what samples of pixels' halves brought; null where no noise is too much
+    float *own_colour; // sums of colour that noise is measured of, where nobody wants them; else null
     clast_srgb_table srgb;
     struct clast_lights *lights;
     struct clast_scatter_tables *scatter;
     struct clast_scratch *scratch; // by worker
-    uint64_t primary_rays;
-    atomic_uint_fast64_t rays;
+    atomic_uint_fast64_t rays;     // beside the primary ones
     atomic_uint_fast64_t rejected; // samples that were not finite, and count as black
 } clast_render_target;
 
@@ -38,6 +46,11 @@ extern const clast_backend clast_cpu_backend;
 // target->firsts. `target` is a clast_render_target.
 clast_status clast_cpu_trace(clast_frame *frame, void *target);
 clast_status clast_cpu_shade(clast_frame *frame, void *target);
+// Measures the noise of the active squares.
+clast_status clast_cpu_measure(clast_frame *frame, void *target);
+
+// Tells how far a render has come, where a part of the sample under way is done: by the limit that ends it first.
+clast_status clast_render_report(const clast_frame *frame, const clast_render_target *target, double part);
 
 // Renders into outputs, running the frame's trace and shade passes for each sample. The frame has been run up to
 // CLAST_PASS_LIGHTS. Reports progress as "render". `samples` and `rays` are set also where it is cancelled.

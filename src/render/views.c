@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views of how geometry is cut: what the first sample's rays hit, and how finely it was wanted and is.
+// Views of what the first sample's rays hit, and of how finely geometry is cut there and was wanted.
 #include "render/views.h"
 
-#include "base/thread.h"
 #include "render/surface.h"
 #include "shared/camera.h"
-
-enum { PIXEL_GRAIN = 256 };
-
-typedef struct view_job {
-    const clast_frame *frame;
-    clast_render_target *target;
-    size_t first;
-} view_job;
 
 // What a hit's record is asked.
 typedef struct found_cluster {
@@ -69,14 +60,17 @@ static float area_of(const clast_frame *frame, const found_cluster *at, const cl
     return camera_area(frame->settings.camera, (float)frame->settings.height, corners[0], corners[1], corners[2]);
 }
 
-static void keep_pixel(const view_job *job, size_t pixel)
+static void keep(uint32_t *view, size_t pixel, uint32_t number)
 {
-    clast_render_target *target = job->target;
-    const clast_visibility *seen = &target->visibility[pixel];
-    if (seen->instance == CLAST_NONE) {
-        return; // as the views began: nothing
+    if (view != NULL) {
+        view[pixel] = number;
     }
-    found_cluster at = cluster_of(job->frame, seen);
+}
+
+static void keep_cut(const clast_frame *frame, clast_render_target *target, size_t pixel)
+{
+    const clast_visibility *seen = &target->visibility[pixel];
+    found_cluster at = cluster_of(frame, seen);
     if (target->firsts[CLAST_VIEW_PRIMITIVE] != NULL) {
         target->firsts[CLAST_VIEW_PRIMITIVE][pixel] = primitive_of(&at, seen);
     }
@@ -84,28 +78,23 @@ static void keep_pixel(const view_job *job, size_t pixel)
         target->sums[CLAST_VIEW_SEGMENTS][pixel] = segments_in(&at, seen, &at.unit->view);
     }
     if (target->sums[CLAST_VIEW_RATE] != NULL) {
-        target->sums[CLAST_VIEW_RATE][pixel] = rate_of(job->frame, &at, seen);
+        target->sums[CLAST_VIEW_RATE][pixel] = rate_of(frame, &at, seen);
     }
     if (target->sums[CLAST_VIEW_AREA] != NULL) {
-        target->sums[CLAST_VIEW_AREA][pixel] = area_of(job->frame, &at, seen);
+        target->sums[CLAST_VIEW_AREA][pixel] = area_of(frame, &at, seen);
     }
 }
 
-static void keep_range(void *data, size_t begin, size_t end, uint32_t worker)
+void clast_keep_views(const clast_frame *frame, clast_render_target *target, size_t pixel)
 {
-    (void)worker;
-    const view_job *job = data;
-    for (size_t i = begin; i < end; i++) {
-        keep_pixel(job, job->first + i);
-    }
-}
-
-void clast_keep_cut_views(const clast_frame *frame, clast_render_target *target, uint32_t row, uint32_t rows)
-{
-    bool wanted = target->firsts[CLAST_VIEW_PRIMITIVE] != NULL || target->sums[CLAST_VIEW_SEGMENTS] != NULL ||
+    const clast_visibility *seen = &target->visibility[pixel];
+    keep(target->firsts[CLAST_VIEW_INSTANCE], pixel, seen->instance);
+    keep(target->firsts[CLAST_VIEW_CLUSTER], pixel, seen->cluster);
+    keep(target->firsts[CLAST_VIEW_TRIANGLE], pixel, seen->triangle);
+    keep(target->firsts[CLAST_VIEW_STEPS], pixel, seen->steps);
+    bool is_cut = target->firsts[CLAST_VIEW_PRIMITIVE] != NULL || target->sums[CLAST_VIEW_SEGMENTS] != NULL ||
                   target->sums[CLAST_VIEW_RATE] != NULL || target->sums[CLAST_VIEW_AREA] != NULL;
-    if (wanted) {
-        view_job job = {frame, target, (size_t)row * target->width};
-        clast_parallel_for(frame->context, (size_t)rows * target->width, PIXEL_GRAIN, keep_range, &job);
+    if (is_cut && seen->instance != CLAST_NONE) { // else as the views began: nothing
+        keep_cut(frame, target, pixel);
     }
 }

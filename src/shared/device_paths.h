@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light paths in a device's memory. A tile of the picture at a time is under way: squares of SQUARE_PIXELS pixels, one after
-// the other, each pixel with a path of its own at a place of its own. Lists tell which paths go on; the order of a list
+// the other in a list, each pixel with a path of its own at a place of its own. Lists tell which paths go on; the order of a list
 // depends on timing, and nothing else depends on that order.
 #ifndef CLAST_SHARED_DEVICE_PATHS_H
 #define CLAST_SHARED_DEVICE_PATHS_H
 
 #include "shared/path.h"
+#include "shared/square.h"
 
-LIMIT(SQUARE_SIDE, 8u, "pixels of a square's side")
-LIMIT(SQUARE_PIXELS, 64u, "pixels of a square")
 LIMIT(PATH_GROUP, 128u, "invocations of a work group")
-LIMIT(RENDER_VIEWS, 13u, "views that there are")
+LIMIT(RENDER_VIEWS, 14u, "views that there are")
 
 // A path's pieces of four floats, each in an array of its own:
 //   throughput x y z, absorption x
@@ -74,10 +73,17 @@ RECORD(clast_device_render)
     packed_address shadows;   // SHADOW_PIECES arrays of `capacity` for a light; then the same for the sun
     packed_address lists;     // LIST_ARRAYS of `capacity` paths
     packed_address queue;     // clast_path_queue
-    packed_address views[13]; // by CLAST_VIEW_: rows of pixels; 0 where it is not wanted
+    packed_address views[14]; // by CLAST_VIEW_: rows of pixels; 0 where it is not wanted
+    packed_address squares;   // those that go on
+    packed_address halves;    // sums of colour of the samples of pixels' halves; 0 where no noise is too much
+    packed_address noise;     // of each square; likewise
     uint capacity;            // paths that can be under way
-    uint width;
+    uint width;               // of the whole picture
     uint height;
+    uint area_x;              // what is rendered of it: pixels of views are its
+    uint area_y;
+    uint area_width;
+    uint area_height;
     uint squares_across;
     uint seed;
     uint bounces;             // most of a path
@@ -85,25 +91,8 @@ RECORD(clast_device_render)
     uint fireflies;           // CLAST_FIREFLIES_
     float ao_distance;        // infinite where it is endless
     float rate;               // wanted density of geometry
+    float gain;               // two to the power of the exposure
 };
-RECORD_SIZE(clast_device_render, 9 * 8 + 13 * 8 + 40)
-
-RECORD(clast_path_pixel)
-{
-    uint x;
-    uint y;
-};
-RECORD_SIZE(clast_path_pixel, 8)
-
-// The pixel of a place of a tile that begins at a row of the picture. It may lie outside of the picture.
-FN clast_path_pixel pixel_of_place(uint place, uint squares_across, uint first_row)
-{
-    uint square = place / SQUARE_PIXELS;
-    uint within = place % SQUARE_PIXELS;
-    clast_path_pixel pixel;
-    pixel.x = square % squares_across * SQUARE_SIDE + within % SQUARE_SIDE;
-    pixel.y = first_row + square / squares_across * SQUARE_SIDE + within / SQUARE_SIDE;
-    return pixel;
-}
+RECORD_SIZE(clast_device_render, 12 * 8 + 14 * 8 + 60)
 
 #endif

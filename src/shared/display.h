@@ -11,7 +11,7 @@ RECORD(clast_display)
     uint curve;  // CLAST_TONE_MAP_
     float gain;  // two to the power of the exposure
     float area;  // of the triangles that are wanted, in pixels
-    float low;   // depth: logarithms of the nearest and the farthest; steps: 0 and the most
+    float low;   // depth, samples: logarithms of the least and the most; steps: 0 and the most
     float high;
 };
 RECORD_SIZE(clast_display, 20)
@@ -81,6 +81,14 @@ FN vec3 display_balance(float ratio)
 FN vec3 display_steps(clast_display how, uint steps)
 {
     return steps == CLAST_NONE ? splat3(0.0f) : heat_colour(rough_divide(to_float(steps), how.high));
+}
+
+// From the least to the most, up the rainbow by how many times as many there are.
+FN vec3 display_samples(clast_display how, uint samples)
+{
+    float range = how.high - how.low;
+    float place = range > 0.0f ? rough_divide(rough_log2(to_float(max_uint(samples, 1u))) - how.low, range) : 0.5f;
+    return samples == 0u || samples == CLAST_NONE ? splat3(0.0f) : heat_colour(clamp1(place, 0.0f, 1.0f));
 }
 
 // A channel as a whole number up to `most`.

@@ -47,7 +47,7 @@ void clast_gpu_display(clast_gpu_commands *commands, const clast_gpu_display_des
                          .view = (uint32_t)desc->view,
                          .count = (uint32_t)count,
                          .bits = desc->bits};
-    if (desc->view == CLAST_VIEW_DEPTH || desc->view == CLAST_VIEW_STEPS) {
+    if (desc->view == CLAST_VIEW_DEPTH || desc->view == CLAST_VIEW_STEPS || desc->view == CLAST_VIEW_SAMPLES) {
         clast_gpu_fill(commands, range, 0, 4, UINT32_MAX);
         clast_gpu_fill(commands, range, 4, 4, 0);
         clast_gpu_barrier(commands);

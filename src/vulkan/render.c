@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes trace and shade on a device: memory and tables at the first sample, then tiles of the picture one after the other.
+// Passes trace and shade on a device: memory and tables at the first sample, then tiles of squares one after the other.
 #include "vulkan/render.h"
 
 #include <math.h>
@@ -24,6 +24,8 @@ const clast_backend clast_vulkan_backend = {
     .count = clast_vulkan_count_units,
     .coarse = clast_vulkan_trace_coarse,
     .forget = clast_vulkan_forget,
+    .measure = clast_vulkan_measure,
+    .fetch = clast_vulkan_fetch,
 };
 
 // Paths under way: enough that the longest dispatches fill a device; few where a program stands in for it, so that progress is
@@ -38,9 +40,10 @@ struct clast_vulkan_render {
     clast_gpu_buffer queue; // clast_path_queue
     clast_gpu_buffer paths, direct, hits, shadows, lists;
     clast_gpu_buffer views[CLAST_VIEW_COUNT_];
-    uint32_t capacity;  // paths under way
-    uint32_t tile_rows; // of pixels
-    uint32_t squares_across;
+    clast_gpu_buffer squares; // those that go on
+    clast_gpu_buffer halves, noise;
+    uint32_t capacity;                     // paths under way
+    uint32_t squares_version;              // that the device has
     clast_gpu_time times[CLAST_GPU_TIMES]; // of this render
     uint32_t time_count;
 };
@@ -48,7 +51,7 @@ struct clast_vulkan_render {
 // The push constants of shaders/render/paths.glsl.
 typedef struct path_push {
     uint64_t render;
-    uint32_t sample, bounce, first_row, places, list;
+    uint32_t sample, bounce, first_square, places, list;
 } path_push;
 
 // The arrays of paths under way, and how many bytes of each a path takes.
@@ -87,6 +90,9 @@ void clast_vulkan_render_destroy(clast_vulkan_render *render)
     for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
         clast_gpu_free(render->gpu, &render->views[view]);
     }
+    clast_gpu_free(render->gpu, &render->squares);
+    clast_gpu_free(render->gpu, &render->halves);
+    clast_gpu_free(render->gpu, &render->noise);
     clast_gpu_free(render->gpu, &render->head);
     clast_gpu_free(render->gpu, &render->queue);
     clast_gpu_lights_free(&render->lights);
@@ -108,11 +114,24 @@ static uint32_t first_bits(int view)
     return view == CLAST_VIEW_DEPTH ? floatBitsToUint(INFINITY) : layouts[view].begins;
 }
 
-// Where the target has a view, and how many bytes; null where it is not wanted.
+static uint64_t pixels_of(const clast_render_target *target)
+{
+    return (uint64_t)target->area.width * target->area.height;
+}
+
+// Where the target has a view, and how many bytes; null where it is not wanted, or not the device's.
 static void *view_of(const clast_render_target *target, int view, uint64_t *bytes)
 {
-    *bytes = (uint64_t)target->width * target->height * layouts[view].channels * sizeof(float);
+    *bytes = pixels_of(target) * layouts[view].channels * sizeof(float);
+    if (view == CLAST_VIEW_SAMPLES) {
+        return NULL;
+    }
     return target->sums[view] != NULL ? (void *)target->sums[view] : (void *)target->firsts[view];
+}
+
+static uint64_t squares_bytes(const clast_render_target *target)
+{
+    return target->squares.count * sizeof(uint32_t);
 }
 
 static clast_status reserve_views(clast_vulkan_render *render, const clast_render_target *target)
@@ -143,25 +162,44 @@ static clast_status reserve_paths_of(clast_vulkan_render *render, bool clamps, u
     return status;
 }
 
-// Tiles are whole rows of squares. Where memory is short, they are fewer, down to one row.
+// Tiles are whole squares. Where memory is short, they are fewer, down to some.
 static clast_status reserve_paths(clast_vulkan_render *render, const clast_render_target *target)
 {
-    uint32_t across = (target->width + SQUARE_SIDE - 1) / SQUARE_SIDE;
-    uint32_t down = (target->height + SQUARE_SIDE - 1) / SQUARE_SIDE, row = across * SQUARE_PIXELS;
+    enum { SQUARES_LEAST = 16 };
     bool in_software = clast_gpu_features_of(render->gpu)->is_software;
-    uint32_t rows = (in_software ? PATHS_IN_SOFTWARE : PATHS_ON_HARDWARE) / row;
-    rows = rows < 1 ? 1 : rows > down ? down : rows;
+    uint32_t most = (in_software ? PATHS_IN_SOFTWARE : PATHS_ON_HARDWARE) / SQUARE_PIXELS;
+    uint32_t squares = min_uint(most, target->squares.count);
     bool clamps = target->settings.fireflies == CLAST_FIREFLIES_CLAMPED;
-    clast_status status = reserve_paths_of(render, clamps, (uint64_t)rows * row);
-    while (status == CLAST_ERROR_OUT_OF_MEMORY && rows > 1) {
+    clast_status status = reserve_paths_of(render, clamps, (uint64_t)squares * SQUARE_PIXELS);
+    while (status == CLAST_ERROR_OUT_OF_MEMORY && squares > SQUARES_LEAST) {
         free_paths(render);
-        rows = rows / 2;
-        status = reserve_paths_of(render, clamps, (uint64_t)rows * row);
+        squares = squares / 2;
+        status = reserve_paths_of(render, clamps, (uint64_t)squares * SQUARE_PIXELS);
     }
-    render->capacity = rows * row;
-    render->tile_rows = rows * SQUARE_SIDE;
-    render->squares_across = across;
+    render->capacity = squares * SQUARE_PIXELS;
     return status;
+}
+
+// Kernels look up squares before they know whether there is anything to do: a group's worth more than there are.
+enum { SPARE_SQUARES = PATH_GROUP / SQUARE_PIXELS };
+
+static clast_status reserve_squares(clast_vulkan_render *render, const clast_render_target *target)
+{
+    clast_gpu *gpu = render->gpu;
+    uint64_t bytes = squares_bytes(target);
+    clast_status status = clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, bytes + SPARE_SQUARES * sizeof(uint32_t), "squares",
+                                            &render->squares);
+    if (target->halves == NULL) {
+        clast_gpu_free(gpu, &render->halves);
+        clast_gpu_free(gpu, &render->noise);
+        return status;
+    }
+    if (status == CLAST_OK) {
+        status = clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, bytes, "noise", &render->noise);
+    }
+    return status == CLAST_OK ? clast_gpu_reserve(gpu, CLAST_GPU_DEVICE, 3 * sizeof(float) * pixels_of(target),
+                                                  "halves of the picture", &render->halves)
+                              : status;
 }
 
 static clast_status reserve(clast_vulkan_render *render, const clast_render_target *target)
@@ -173,6 +211,9 @@ static clast_status reserve(clast_vulkan_render *render, const clast_render_targ
     if (status == CLAST_OK) {
         status = clast_gpu_reserve(render->gpu, CLAST_GPU_DEVICE, sizeof(clast_path_queue), "queue of paths",
                                    &render->queue);
+    }
+    if (status == CLAST_OK) {
+        status = reserve_squares(render, target);
     }
     return status == CLAST_OK ? reserve_paths(render, target) : status;
 }
@@ -195,21 +236,49 @@ static clast_device_render head_of(const clast_vulkan_render *render, const clas
         .shadows = store_address(render->shadows.address),
         .lists = store_address(render->lists.address),
         .queue = store_address(render->queue.address),
+        .squares = store_address(render->squares.address),
+        .halves = store_address(render->halves.address),
+        .noise = store_address(render->noise.address),
         .capacity = render->capacity,
         .width = target->width,
         .height = target->height,
-        .squares_across = render->squares_across,
+        .area_x = target->area.x,
+        .area_y = target->area.y,
+        .area_width = target->area.width,
+        .area_height = target->area.height,
+        .squares_across = target->squares.across,
         .seed = settings->seed,
         .bounces = settings->bounces,
         .integrator = (uint32_t)settings->integrator,
         .fireflies = (uint32_t)settings->fireflies,
         .ao_distance = settings->ao_distance > 0.0 ? (float)settings->ao_distance : INFINITY,
         .rate = (float)frame->settings.rate,
+        .gain = exp2f((float)settings->exposure),
     };
     for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
         head.views[view] = store_address(render->views[view].address);
     }
     return head;
+}
+
+// Sums begin with nothing, or with those of the checkpoint that the render goes on with.
+static void write_sums(clast_vulkan_render *render, clast_gpu_commands *commands, const clast_render_target *target)
+{
+    for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
+        uint64_t bytes;
+        const void *sums = view_of(target, view, &bytes);
+        if (sums != NULL && target->is_resumed) {
+            clast_gpu_write(commands, &render->views[view], 0, sums, bytes);
+        } else if (sums != NULL) {
+            clast_gpu_fill(commands, &render->views[view], 0, bytes, first_bits(view));
+        }
+    }
+    uint64_t bytes = 3 * sizeof(float) * pixels_of(target);
+    if (target->halves != NULL && target->is_resumed) {
+        clast_gpu_write(commands, &render->halves, 0, target->halves, bytes);
+    } else if (target->halves != NULL) {
+        clast_gpu_fill(commands, &render->halves, 0, bytes, 0);
+    }
 }
 
 static void write_all(clast_vulkan_render *render, clast_gpu_commands *commands, const clast_frame *frame,
@@ -223,12 +292,26 @@ static void write_all(clast_vulkan_render *render, clast_gpu_commands *commands,
     clast_device_render head = head_of(render, frame, target);
     clast_gpu_write(commands, &render->head, 0, &head, sizeof head);
     clast_gpu_fill(commands, &render->queue, 0, render->queue.bytes, 0);
-    for (int view = 0; view < CLAST_VIEW_COUNT_; view++) {
-        uint64_t bytes;
-        if (view_of(target, view, &bytes) != NULL) {
-            clast_gpu_fill(commands, &render->views[view], 0, bytes, first_bits(view));
-        }
+    clast_gpu_fill(commands, &render->squares, 0, render->squares.bytes, 0);
+    write_sums(render, commands, target);
+}
+
+// Those that go on, where they are others than before.
+static clast_status write_squares(clast_vulkan_render *render, const clast_render_target *target)
+{
+    const clast_squares *squares = &target->squares;
+    if (target->is_begun && render->squares_version == squares->version) {
+        return CLAST_OK;
     }
+    clast_gpu_commands *commands;
+    clast_status status = clast_gpu_begin(render->gpu, &commands);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_gpu_barrier(commands);
+    clast_gpu_write(commands, &render->squares, 0, squares->active, squares->active_count * sizeof(uint32_t));
+    render->squares_version = squares->version;
+    return clast_gpu_finish(commands);
 }
 
 static clast_status create(clast_vulkan_frame *device)
@@ -244,13 +327,9 @@ static clast_status create(clast_vulkan_frame *device)
     return CLAST_OK;
 }
 
-clast_status clast_vulkan_trace(clast_frame *frame, void *data)
+static clast_status begin_render(clast_frame *frame, const clast_render_target *target)
 {
-    const clast_render_target *target = data;
     clast_vulkan_frame *device = clast_vulkan_of(frame);
-    if (target->sample != 0) {
-        return CLAST_OK;
-    }
     clast_status status = device->render != NULL ? CLAST_OK : create(device);
     if (status == CLAST_OK) {
         status = reserve(device->render, target);
@@ -272,6 +351,17 @@ clast_status clast_vulkan_trace(clast_frame *frame, void *data)
     return status;
 }
 
+clast_status clast_vulkan_trace(clast_frame *frame, void *data)
+{
+    clast_render_target *target = data;
+    clast_status status = target->is_begun ? CLAST_OK : begin_render(frame, target);
+    if (status == CLAST_OK) {
+        status = write_squares(clast_vulkan_of(frame)->render, target);
+    }
+    target->is_begun = target->is_begun || status == CLAST_OK;
+    return status;
+}
+
 // -------------------------------------------------------------------------------------------------------------- a tile
 
 // How rays are traced: the constants of shaders/render/trace.glsl.
@@ -282,7 +372,7 @@ enum {
     TRACE_GROUPS_SOFTWARE = 64,
 };
 
-// Rows of the picture whose paths are under way.
+// Squares of the picture whose paths are under way.
 typedef struct tile {
     clast_gpu_commands *commands;
     const clast_vulkan_render *render;
@@ -490,15 +580,13 @@ static bool has_backs(const clast_scene *scene)
 }
 
 static clast_status submit_tile(const clast_vulkan_render *render, const clast_frame *frame,
-                                const clast_render_target *target, uint32_t row, uint64_t *ticket)
+                                const clast_render_target *target, uint32_t first, uint32_t count, uint64_t *ticket)
 {
     clast_gpu_commands *commands;
     clast_status status = clast_gpu_begin(render->gpu, &commands);
     if (status != CLAST_OK) {
         return status;
     }
-    uint32_t rows = min_uint(render->tile_rows, target->height - row);
-    uint32_t squares = (rows + SQUARE_SIDE - 1) / SQUARE_SIDE * render->squares_across;
     bool in_software = clast_gpu_features_of(render->gpu)->is_software;
     tile tile = {
         .commands = commands,
@@ -507,8 +595,8 @@ static clast_status submit_tile(const clast_vulkan_render *render, const clast_f
         .driver = clast_vulkan_of(frame)->driver,
         .push = {.render = render->head.address,
                  .sample = target->sample,
-                 .first_row = row,
-                 .places = squares * SQUARE_PIXELS},
+                 .first_square = first,
+                 .places = count * SQUARE_PIXELS},
         .trace_groups = in_software ? TRACE_GROUPS_SOFTWARE : TRACE_GROUPS,
         .filtered = is_filtered(frame),
         .has_backs = has_backs(frame->scene),
@@ -519,9 +607,14 @@ static clast_status submit_tile(const clast_vulkan_render *render, const clast_f
 
 // ------------------------------------------------------------------------------------------------------------ a sample
 
-// Brings the sums to the target, and what was counted.
-static clast_status deliver(const clast_vulkan_render *render, clast_render_target *target)
+// Before it has begun there is nothing to bring.
+clast_status clast_vulkan_fetch(clast_frame *frame, void *data)
 {
+    clast_render_target *target = data;
+    const clast_vulkan_render *render = clast_vulkan_of(frame)->render;
+    if (!target->is_begun) {
+        return CLAST_OK;
+    }
     clast_gpu_commands *commands;
     clast_status status = clast_gpu_begin(render->gpu, &commands);
     if (status != CLAST_OK) {
@@ -535,12 +628,15 @@ static clast_status deliver(const clast_vulkan_render *render, clast_render_targ
             clast_gpu_read(commands, &render->views[view], 0, to, bytes);
         }
     }
+    if (target->halves != NULL) {
+        clast_gpu_read(commands, &render->halves, 0, target->halves, 3 * sizeof(float) * pixels_of(target));
+    }
     clast_path_queue queue;
     clast_gpu_read(commands, &render->queue, 0, &queue, sizeof queue);
     status = clast_gpu_finish(commands);
     if (status == CLAST_OK) {
-        atomic_fetch_add(&target->rays, load_address(queue.rays));
-        atomic_fetch_add(&target->rejected, queue.rejected);
+        atomic_store(&target->rays, load_address(queue.rays));
+        atomic_store(&target->rejected, queue.rejected);
     }
     return status;
 }
@@ -580,34 +676,34 @@ static double milliseconds_of(const clast_vulkan_render *render, bool primary)
     return sum;
 }
 
-// All tiles, two of them under way at a time. `*rows` of the picture are done.
-static clast_status run_tiles(clast_vulkan_render *render, clast_frame *frame, const clast_render_target *target,
-                              uint32_t *rows)
+// All tiles, two of them under way at a time.
+static clast_status run_tiles(clast_vulkan_render *render, clast_frame *frame, clast_render_target *target)
 {
-    uint64_t tiles = (target->height + render->tile_rows - 1) / render->tile_rows, ticket = 0, before = 0;
+    clast_squares *squares = &target->squares;
+    uint32_t first = squares->done, end = first;
+    uint64_t ticket = 0, before = 0;
     clast_status status = CLAST_OK;
-    uint32_t row = 0;
-    while (row < target->height && status == CLAST_OK) {
-        status = clast_progress(frame->context, "render", target->sample * tiles + row / render->tile_rows,
-                                tiles * target->settings.spp);
+    while (end < squares->active_count && status == CLAST_OK) {
+        uint32_t count = min_uint(render->capacity / SQUARE_PIXELS, squares->active_count - end);
+        status = clast_render_report(frame, target, (double)end / (double)squares->active_count);
         if (status == CLAST_OK) {
             before = ticket;
-            status = submit_tile(render, frame, target, row, &ticket);
+            status = submit_tile(render, frame, target, end, count, &ticket);
         }
         if (status == CLAST_OK) {
-            row += min_uint(render->tile_rows, target->height - row);
+            end += count;
         }
         if (status == CLAST_OK && before != 0) {
             status = clast_gpu_wait(render->gpu, before);
             add_times(render);
         }
     }
-    if (row != 0) {
+    if (end != first) {
         clast_status waited = clast_gpu_wait(render->gpu, ticket);
         add_times(render);
         status = status == CLAST_OK ? waited : status;
     }
-    *rows = row;
+    clast_squares_advance(squares, end - first);
     return status;
 }
 
@@ -627,16 +723,29 @@ clast_status clast_vulkan_shade(clast_frame *frame, void *data)
     clast_render_target *target = data;
     clast_vulkan_render *render = clast_vulkan_of(frame)->render;
     double primary = milliseconds_of(render, true), others = milliseconds_of(render, false), start = clast_clock();
-    uint32_t rows = 0;
-    clast_status status = run_tiles(render, frame, target, &rows);
+    clast_status status = run_tiles(render, frame, target);
     note_times(frame, render, primary, others, (clast_clock() - start) * 1e3);
-    target->shaded_rows = rows;
-    target->primary_rays += (uint64_t)target->width * rows;
-    atomic_fetch_add(&target->rays, (uint64_t)target->width * rows);
-    bool ends = status == CLAST_ERROR_CANCELLED || target->sample + 1 == target->settings.spp;
-    if (ends && (status == CLAST_OK || status == CLAST_ERROR_CANCELLED)) {
-        clast_status delivered = deliver(render, target);
-        status = delivered != CLAST_OK ? delivered : status;
-    }
     return status;
+}
+
+// --------------------------------------------------------------------------------------------------------------- noise
+
+clast_status clast_vulkan_measure(clast_frame *frame, void *data)
+{
+    clast_render_target *target = data;
+    clast_squares *squares = &target->squares;
+    const clast_vulkan_render *render = clast_vulkan_of(frame)->render;
+    clast_gpu_commands *commands;
+    clast_status status = clast_gpu_begin(render->gpu, &commands);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    path_push push = {.render = render->head.address, .sample = target->sample, .places = squares->active_count};
+    clast_gpu_call call = {
+        .shader = CLAST_SHADER_RENDER_NOISE, .push = &push, .push_bytes = sizeof push, .groups = squares->active_count};
+    clast_gpu_pass(commands, "noise");
+    clast_gpu_barrier(commands);
+    clast_gpu_run(commands, &call);
+    clast_gpu_read(commands, &render->noise, 0, squares->noise, squares_bytes(target));
+    return clast_gpu_finish(commands);
 }

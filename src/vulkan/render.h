@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The passes that end in a picture, on a device: the second implementation of render/passes.c. The pictures' sums stay on the
-// device until the last sample is done, or the render is cancelled; they are brought to the target's then.
+// device until the last sample is done, or the render is cancelled; they are fetched then.
 //
 // A tile of the picture at a time is under way, of as many paths as memory is set aside for (shared/device_paths.h). Its
 // primary rays are generated where they are traced, so they belong to the pass shade here; how long they took is told as
@@ -23,6 +23,9 @@ uint32_t clast_vulkan_render_times(const clast_vulkan_render *render, clast_gpu_
 // Pass trace: begins a render at its first sample. Pass shade: a sample. `target` is a clast_render_target.
 clast_status clast_vulkan_trace(clast_frame *frame, void *target);
 clast_status clast_vulkan_shade(clast_frame *frame, void *target);
+// The noise of the active squares, and the sums: backend.h.
+clast_status clast_vulkan_measure(clast_frame *frame, void *target);
+clast_status clast_vulkan_fetch(clast_frame *frame, void *target);
 
 // The Vulkan backend, whole: for frames whose clast_frame.device is a clast_vulkan_frame.
 extern const clast_backend clast_vulkan_backend;

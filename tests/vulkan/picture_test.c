@@ -12,10 +12,10 @@ static bool through_driver;
 
 enum { SIZE = 36, SAMPLES = 4 };
 
-static const clast_view every_view[] = {CLAST_VIEW_COLOUR,   CLAST_VIEW_ALBEDO,   CLAST_VIEW_NORMAL,
-                                        CLAST_VIEW_DEPTH,    CLAST_VIEW_UV,       CLAST_VIEW_INSTANCE,
-                                        CLAST_VIEW_CLUSTER,  CLAST_VIEW_TRIANGLE, CLAST_VIEW_PRIMITIVE,
-                                        CLAST_VIEW_SEGMENTS, CLAST_VIEW_RATE,     CLAST_VIEW_AREA};
+static const clast_view every_view[] = {
+    CLAST_VIEW_COLOUR,   CLAST_VIEW_ALBEDO,  CLAST_VIEW_NORMAL,   CLAST_VIEW_DEPTH,     CLAST_VIEW_UV,
+    CLAST_VIEW_INSTANCE, CLAST_VIEW_CLUSTER, CLAST_VIEW_TRIANGLE, CLAST_VIEW_PRIMITIVE, CLAST_VIEW_SEGMENTS,
+    CLAST_VIEW_RATE,     CLAST_VIEW_AREA,    CLAST_VIEW_SAMPLES};
 enum { VIEWS = sizeof every_view / sizeof every_view[0] };
 
 #define CHANNELS(name, value, text, channels, is_float, help) [name] = channels,
@@ -350,24 +350,85 @@ static void tiles_make_one_picture(void **state)
     p.settings.bounces = 2;
     twin t = twin_open(&p);
     compare_views(&p, &t, every_view, 2);
-    // Stopped before the second tile: what is above it has a sample, what is below has none.
-    size_t pixels = (size_t)p.settings.width * p.settings.height, row = (size_t)p.settings.width * 3;
+    // Stopped before the second tile: some squares have a sample, the others have none.
+    size_t pixels = (size_t)p.settings.width * p.settings.height;
     float *values = malloc(pixels * 12);
-    assert_non_null(values);
-    clast_render_output output = {CLAST_VIEW_COLOUR, values};
+    uint32_t *samples = malloc(pixels * 4);
+    assert_true(values != NULL && samples != NULL);
+    const clast_render_output stopped[] = {{CLAST_VIEW_COLOUR, values}, {CLAST_VIEW_SAMPLES, samples}};
     clast_render_statistics statistics;
     reports = 0;
     last_report = 1;
-    clast_status status = clast_render_frame(t.frame, &clast_vulkan_backend, &p.settings, &output, 1, &statistics);
+    clast_status status = clast_render_frame(t.frame, &clast_vulkan_backend, &p.settings, stopped, 2, &statistics);
     last_report = UINT64_MAX;
     assert_int_equal(status, CLAST_ERROR_CANCELLED);
-    uint32_t rows = (uint32_t)(statistics.primary_rays / p.settings.width);
-    bool is_cut = rows < p.settings.height; // devices that are no programs have one tile only
-    assert_true(rows != 0 && (is_cut ? rows % 8 == 0 : !clast_gpu_features_of(device.gpu)->is_software));
-    const float *whole = p.pixels[CLAST_VIEW_COLOUR];
-    assert_true(differences(CLAST_VIEW_COLOUR, values, whole, rows * (size_t)p.settings.width) <= pixels / 100);
-    assert_true(!is_cut || mean_of(values + rows * row, pixels * 3 - rows * row) == 0.0);
+    float *whole = p.pixels[CLAST_VIEW_COLOUR];
+    uint64_t done = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        assert_true(samples[i] <= 1);
+        done += samples[i];
+        for (size_t c = 0; c < 3; c++) {
+            whole[3 * i + c] = samples[i] != 0 ? whole[3 * i + c] : 0.0f;
+        }
+    }
+    assert_int_equal(done, statistics.primary_rays);
+    // Devices that are no programs have one tile only.
+    assert_true(done != 0 && (done != pixels || !clast_gpu_features_of(device.gpu)->is_software));
+    assert_true(differences(CLAST_VIEW_COLOUR, values, whole, pixels) <= pixels / 100);
+    free(samples);
     free(values);
+    twin_close(&t);
+    picture_close(&p);
+}
+
+// ---------------------------------------------------------------------------------------------------- parts and noise
+
+static void crops_are_those_of_the_whole_picture(void **state)
+{
+    (void)state;
+    picture p = room();
+    add_balls(&p);
+    picture_surround(&p, 0.2f);
+    picture_build(&p);
+    twin t = twin_open(&p);
+    float whole[SIZE * SIZE * 3], part[17 * 20 * 3];
+    clast_render_output output = {CLAST_VIEW_COLOUR, whole};
+    clast_render_statistics statistics;
+    assert_ok(p.context, clast_render_frame(t.frame, &clast_vulkan_backend, &p.settings, &output, 1, &statistics));
+    p.settings.crop = "11,13,17,20";
+    output.pixels = part;
+    assert_ok(p.context, clast_render_frame(t.frame, &clast_vulkan_backend, &p.settings, &output, 1, &statistics));
+    assert_int_equal(statistics.primary_rays, SAMPLES * 17 * 20);
+    for (uint32_t row = 0; row < 20; row++) {
+        assert_memory_equal(part + row * 17 * 3, whole + ((row + 13) * SIZE + 11) * 3, 17 * 12);
+    }
+    twin_close(&t);
+    picture_close(&p);
+}
+
+// Roundings may make a square end a round earlier or later.
+static void noise_ends_squares_alike(void **state)
+{
+    (void)state;
+    const clast_view views[] = {CLAST_VIEW_COLOUR, CLAST_VIEW_SAMPLES};
+    picture p = room();
+    picture_surround(&p, 0.0f);
+    p.settings.spp = 128;
+    p.settings.bounces = 2;
+    p.settings.noise_target = 0.02;
+    picture_build(&p);
+    twin t = twin_open(&p);
+    static float colours[SIZE * SIZE * 3];
+    static uint32_t samples[SIZE * SIZE];
+    const clast_render_output outputs[] = {{CLAST_VIEW_COLOUR, colours}, {CLAST_VIEW_SAMPLES, samples}};
+    clast_render_statistics statistics;
+    assert_ok(p.context, picture_try(&p, views, 2));
+    assert_ok(p.context, clast_render_frame(t.frame, &clast_vulkan_backend, &p.settings, outputs, 2, &statistics));
+    assert_true(p.statistics.mean_samples > 17.0 && p.statistics.mean_samples < 100.0);
+    assert_near(statistics.mean_samples / p.statistics.mean_samples, 1.0, 0.1);
+    uint32_t differ = differences(CLAST_VIEW_SAMPLES, samples, p.pixels[CLAST_VIEW_SAMPLES], SIZE * SIZE);
+    assert_true(differ <= SIZE * SIZE / 5);
+    assert_near(mean_of(colours, SIZE * SIZE * 3) / picture_mean(&p), 1.0, 0.02);
     twin_close(&t);
     picture_close(&p);
 }
@@ -375,10 +436,16 @@ static void tiles_make_one_picture(void **state)
 static int run_all(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lamps_light_a_room),      cmocka_unit_test(materials_scatter_alike),
-        cmocka_unit_test(eyes_look_through_alike), cmocka_unit_test(waves_are_cut_alike),
-        cmocka_unit_test(settings_mean_the_same),  cmocka_unit_test(lenses_and_panoramas_see_alike),
-        cmocka_unit_test(a_render_can_be_stopped), cmocka_unit_test(tiles_make_one_picture),
+        cmocka_unit_test(lamps_light_a_room),
+        cmocka_unit_test(materials_scatter_alike),
+        cmocka_unit_test(eyes_look_through_alike),
+        cmocka_unit_test(waves_are_cut_alike),
+        cmocka_unit_test(settings_mean_the_same),
+        cmocka_unit_test(lenses_and_panoramas_see_alike),
+        cmocka_unit_test(a_render_can_be_stopped),
+        cmocka_unit_test(tiles_make_one_picture),
+        cmocka_unit_test(crops_are_those_of_the_whole_picture),
+        cmocka_unit_test(noise_ends_squares_alike),
     };
     device = test_device_open();
     int failed = cmocka_run_group_tests_name("pictures of a device", tests, NULL, NULL);
