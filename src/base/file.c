@@ -50,22 +50,32 @@ static clast_status map_whole(int file, clast_file_view *view)
     return CLAST_OK;
 }
 
+static clast_status open_machine_file(const char *path, int *file, uint64_t *size)
+{
+    *file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); // a named pipe without a writer must not block
+    if (*file < 0) {
+        return errno == ENOENT || errno == ENOTDIR ? CLAST_ERROR_FILE_NOT_FOUND : CLAST_ERROR_FILE_READ;
+    }
+    struct stat information;
+    if (fstat(*file, &information) != 0 || !S_ISREG(information.st_mode)) {
+        close(*file);
+        return CLAST_ERROR_FILE_READ;
+    }
+    *size = (uint64_t)information.st_size;
+    return CLAST_OK;
+}
+
 static clast_status machine_map(void *user, const char *path, clast_file_view *view)
 {
     (void)user;
     *view = (clast_file_view){0};
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); // a named pipe without a writer must not block
-    if (file < 0) {
-        return errno == ENOENT || errno == ENOTDIR ? CLAST_ERROR_FILE_NOT_FOUND : CLAST_ERROR_FILE_READ;
-    }
-    struct stat information;
-    clast_status status = CLAST_ERROR_FILE_READ;
-    if (fstat(file, &information) == 0 && S_ISREG(information.st_mode)) {
-        view->size = (uint64_t)information.st_size;
+    int file;
+    clast_status status = open_machine_file(path, &file, &view->size);
+    if (status == CLAST_OK) {
         view->data = "";
         status = view->size == 0 ? CLAST_OK : view->size > READ_MOST ? map_whole(file, view) : read_whole(file, view);
+        close(file);
     }
-    close(file);
     if (status != CLAST_OK) {
         *view = (clast_file_view){0};
     }
@@ -261,6 +271,50 @@ void clast_file_unmap(clast_context *context, clast_file_view *view)
         files->unmap(files->user, view);
     }
     *view = (clast_file_view){0};
+}
+
+clast_status clast_file_open(clast_context *context, const char *path, clast_file_source *source)
+{
+    *source = (clast_file_source){.context = context, .descriptor = -1};
+    if (clast_context_files(context)->map != machine_map) {
+        clast_status status = clast_file_map(context, path, &source->view);
+        source->size = source->view.size;
+        return status;
+    }
+    clast_status status = open_machine_file(path, &source->descriptor, &source->size);
+    if (status != CLAST_OK) {
+        *source = (clast_file_source){.context = context, .descriptor = -1};
+        return clast_fail(context, status, "%s: %s", path, clast_status_text(status));
+    }
+    return CLAST_OK;
+}
+
+void clast_file_close(clast_file_source *source)
+{
+    if (source->descriptor >= 0) {
+        close(source->descriptor);
+    } else {
+        clast_file_unmap(source->context, &source->view);
+    }
+    *source = (clast_file_source){.context = source->context, .descriptor = -1};
+}
+
+clast_status clast_file_piece(const clast_file_source *source, uint64_t offset, size_t size, void *room,
+                              const unsigned char **bytes)
+{
+    if (source->descriptor < 0) {
+        *bytes = (const unsigned char *)source->view.data + offset;
+        return CLAST_OK;
+    }
+    for (size_t done = 0; done < size;) {
+        ssize_t count = pread(source->descriptor, (char *)room + done, size - done, (off_t)(offset + done));
+        if (count == 0 || (count < 0 && errno != EINTR)) {
+            return CLAST_ERROR_FILE_READ;
+        }
+        done += count > 0 ? (size_t)count : 0;
+    }
+    *bytes = room;
+    return CLAST_OK;
 }
 
 static clast_status output_failed(clast_file_output *output, clast_status status)

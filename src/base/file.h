@@ -10,6 +10,23 @@
 clast_status clast_file_map(clast_context *context, const char *path, clast_file_view *view);
 void clast_file_unmap(clast_context *context, clast_file_view *view);
 
+// A file that is read piece by piece, so that memory holds no more of it than is being looked at. A hook of the user's gives its
+// whole view instead.
+typedef struct clast_file_source {
+    clast_context *context;
+    uint64_t size;
+    clast_file_view view; // data is null where pieces are read
+    int descriptor;       // -1 where they are not
+} clast_file_source;
+
+// The error names the path.
+clast_status clast_file_open(clast_context *context, const char *path, clast_file_source *source);
+void clast_file_close(clast_file_source *source);
+// Bytes [offset, offset + size) of the file, inside its size: in `room`, or where they lie in memory. From any thread; records no
+// text. FILE_READ where the file has become shorter.
+clast_status clast_file_piece(const clast_file_source *source, uint64_t offset, size_t size, void *room,
+                              const unsigned char **bytes);
+
 // An output file: nothing appears under `path` before clast_file_commit, so a failure or a kill leaves no half file.
 typedef struct clast_file_output {
     clast_context *context;

@@ -3,6 +3,7 @@
 #include "load/load.h"
 
 #include "load/account.h"
+#include "load/obj.h"
 
 // ------------------------------------------------------------------------------------------------------ kinds of JSON
 
@@ -119,10 +120,55 @@ static clast_status load_file(clast_scene *scene, const char *path, clast_file_v
     return decides ? clast_scene_tessellate_displaced(scene, first) : status;
 }
 
+// Whether the bytes that a file begins with leave its kind to its name.
+static bool is_told_by_name(clast_bytes beginning)
+{
+    uint64_t i = clast_bytes_begin_with(beginning, "\xef\xbb\xbf") ? 3 : 0;
+    while (i < beginning.size && (beginning.data[i] == ' ' || beginning.data[i] == '\t' || beginning.data[i] == '\n' ||
+                                  beginning.data[i] == '\r')) {
+        i++;
+    }
+    return i < beginning.size && !is_json(beginning) && loader_of_contents(beginning) == NULL;
+}
+
+// Loads a large file piece by piece, if it is of a kind that can be; else *is_loaded stays false.
+static clast_status load_in_pieces(clast_scene *scene, const char *path, bool *is_loaded)
+{
+    unsigned char room[4096];
+    const unsigned char *bytes = room;
+    *is_loaded = false;
+    if (loader_of_name(path) != clast_load_obj) {
+        return CLAST_OK;
+    }
+    clast_file_source file;
+    clast_status status = clast_file_open(scene->context, path, &file);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    size_t size = file.size < sizeof room ? (size_t)file.size : sizeof room;
+    status = clast_file_piece(&file, 0, size, room, &bytes);
+    if (status != CLAST_OK) {
+        clast_fail(scene->context, status, "%s: %s", path, clast_status_text(status));
+    } else if (is_told_by_name((clast_bytes){bytes, size})) {
+        *is_loaded = true;
+        size_t first = scene->geometry_count;
+        clast_account_read(scene, file.size);
+        status = clast_load_obj_source(scene, path, &file, CLAST_OBJ_PIECE);
+        status = status == CLAST_OK ? clast_scene_tessellate_displaced(scene, first) : status;
+    }
+    clast_file_close(&file);
+    return status;
+}
+
 static clast_status load_path(clast_scene *scene, const char *path, bool within_scene_file)
 {
+    bool is_loaded;
     clast_file_view file;
-    clast_status status = clast_file_map(scene->context, path, &file);
+    clast_status status = load_in_pieces(scene, path, &is_loaded);
+    if (is_loaded) {
+        return status;
+    }
+    status = status == CLAST_OK ? clast_file_map(scene->context, path, &file) : status;
     if (status == CLAST_OK) {
         clast_account_read(scene, file.size);
         status = load_file(scene, path, &file, within_scene_file);

@@ -67,6 +67,7 @@ static int fail_with(int error)
 
 FAULTY(int, fstat, (int file, struct stat *information), (file, information), fail_with(EIO))
 FAULTY(ssize_t, read, (int file, void *data, size_t size), (file, data, size), fail_with(EIO))
+FAULTY(ssize_t, pread, (int file, void *data, size_t size, off_t offset), (file, data, size, offset), fail_with(EIO))
 FAULTY(int, posix_memalign, (void **block, size_t alignment, size_t size), (block, alignment, size), ENOMEM)
 FAULTY(int, fsync, (int file), (file), fail_with(EIO))
 FAULTY(int, rename, (const char *from, const char *to), (from, to), fail_with(ENOSPC))
