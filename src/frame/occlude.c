@@ -296,17 +296,30 @@ static float farthest(const float *level, int64_t width, int64_t height, int64_t
     return most;
 }
 
-static void build_levels(clast_depth_pyramid *pyramid)
+// The finest level: the farthest of as many neighbours as any that lies so near may be off, and one more.
+static void settle_range(void *data, size_t begin, size_t end, uint32_t worker)
 {
+    (void)worker;
+    const clast_depth_pyramid *pyramid = data;
     int64_t width = pyramid->width, height = pyramid->height;
     const float *from = pyramid->depths, *radii = from + width * height;
     float *to = pyramid->depths + pyramid->first;
-    for (int64_t i = 0; i < width * height; i++) {
-        int64_t x = i % width, y = i / width;
-        int64_t r = 1 + (int64_t)farthest(radii, width, height, x - RADIUS_MOST, y - RADIUS_MOST, x + RADIUS_MOST + 1,
-                                          y + RADIUS_MOST + 1);
-        to[i] = farthest(from, width, height, x - r, y - r, x + r + 1, y + r + 1);
+    for (int64_t y = (int64_t)begin; y < (int64_t)end; y++) {
+        for (int64_t x = 0; x < width; x++) {
+            int64_t r = 1 + (int64_t)farthest(radii, width, height, x - RADIUS_MOST, y - RADIUS_MOST,
+                                              x + RADIUS_MOST + 1, y + RADIUS_MOST + 1);
+            to[y * width + x] = farthest(from, width, height, x - r, y - r, x + r + 1, y + r + 1);
+        }
     }
+}
+
+static void build_levels(clast_frame *frame)
+{
+    clast_depth_pyramid *pyramid = &frame->pyramid;
+    int64_t width = pyramid->width, height = pyramid->height;
+    const float *from;
+    float *to = pyramid->depths + pyramid->first;
+    clast_parallel_for(frame->context, pyramid->height, TILE, settle_range, pyramid);
     pyramid->level_count = 1;
     while (width > 1 || height > 1) {
         from = to;
@@ -448,7 +461,7 @@ clast_status clast_cpu_occlude(clast_frame *frame, void *target)
     if (status != CLAST_OK) {
         return status;
     }
-    build_levels(&frame->pyramid);
+    build_levels(frame);
     clast_parallel_for(frame->context, frame->instance_count, INSTANCE_GRAIN, hide_range, frame);
     status = clast_frame_view_units(frame);
     if (status == CLAST_OK) {
