@@ -11,7 +11,7 @@ struct lights_question
     packed3 position, geometric_normal, normal, direction;
     packed2 square, sun_square;
     float choice, distance, cosine;
-    uint instance, primitive;
+    uint instance, primitive, passes;
 };
 
 struct lights_answer
@@ -45,12 +45,13 @@ void main()
     vec3 position = load3(question.position);
     vec3 direction = load3(question.direction);
     lights_answer answer;
-    answer.shares = lights_share(room.lights, position, load3(question.geometric_normal), load3(question.normal));
-    answer.light = lights_sample(room, answer.shares, position, false, question.choice, load2(question.square));
-    answer.sun = lights_sample(room, answer.shares, position, true, 0.0f, load2(question.sun_square));
+    clast_lit_point point = lit_point(position, load3(question.normal), question.passes != 0u);
+    answer.shares = lights_share(room.lights, point, load3(question.geometric_normal), load3(question.normal));
+    answer.light = lights_sample(room, answer.shares, point, false, question.choice, load2(question.square));
+    answer.sun = lights_sample(room, answer.shares, point, true, 0.0f, load2(question.sun_square));
     answer.distant_radiance = store3(distant_radiance(room, direction));
     answer.distant_density = distant_density(room.lights, answer.shares, direction);
-    answer.emitter_density = emitter_density_at(room.lights, answer.shares.emitters, question.instance,
+    answer.emitter_density = emitter_density_at(room.lights, answer.shares.tree, point, question.instance,
                                                 question.primitive, question.distance, question.cosine);
     lights_answers(push.answers).at[number] = answer;
 }

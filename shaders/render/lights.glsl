@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights sampled: the twin of src/render/lights.c and surroundings.c, whose tables it reads.
+// Lights sampled: the twin of src/render/light_choice.c and surroundings.c, whose tables it reads.
 #ifndef CLAST_RENDER_LIGHTS_GLSL
 #define CLAST_RENDER_LIGHTS_GLSL
 
@@ -9,6 +9,8 @@
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer lights_reference { clast_device_lights of; };
 ARRAY_OF(punctual_lights, clast_light, 4)
 ARRAY_OF(emitter_list, clast_emitter, 4)
+ARRAY_OF(light_nodes, clast_light_node, 4)
+ARRAY_OF(light_entries, clast_light_entry, 4)
 
 // What lights are made of, beside their own tables.
 struct light_room
@@ -135,53 +137,163 @@ float distant_density(lights_reference lights, clast_light_shares shares, vec3 d
                                     direction);
 }
 
-// --------------------------------------------------------------------------------------------------------------- shares
+// ------------------------------------------------------------------------------------------------------------- the tree
 
 clast_light punctual_light(lights_reference lights, uint number)
 {
     return punctual_lights(load_address(lights.of.punctual)).at[number];
 }
 
-float punctual_strength(lights_reference lights, uint number, vec3 position)
+clast_light_node tree_node(lights_reference lights, uint number)
 {
-    return luminance(load3(light_incoming(punctual_light(lights, number), position).irradiance));
+    return light_nodes(load_address(lights.of.tree_nodes)).at[number];
 }
 
-float punctual_sum(lights_reference lights, vec3 position, vec3 geometric_normal, vec3 normal)
+clast_light_entry tree_entry(lights_reference lights, uint number)
 {
-    uint count = lights.of.punctual_count;
+    return light_entries(load_address(lights.of.tree_entries)).at[number];
+}
+
+// Of a light of a leaf.
+float entry_importance(lights_reference lights, clast_light_entry entry, vec3 position, clast_light_view view)
+{
+    uint emitters = lights.of.emitter_count;
+    float importance;
+    if (entry.number < emitters) {
+        clast_emitter emitter = emitter_list(load_address(lights.of.emitters)).at[entry.number];
+        importance = light_triangle_importance(load3(emitter.corners[0]), load3(emitter.corners[1]),
+                                               load3(emitter.corners[2]), entry.power, view);
+    } else {
+        importance =
+            light_punctual_importance(punctual_light(lights, entry.number - emitters), entry.power, position, view);
+    }
+    return importance;
+}
+
+// A light of the tree, by its number there, and the chance with which it is chosen.
+struct chosen_light
+{
+    uint number;
+    float density;
+};
+
+chosen_light tree_choose(lights_reference lights, clast_lit_point point, float u)
+{
+    clast_light_view view = light_view(point, lights.of.tree_scale);
+    vec3 position = load3(point.position);
+    clast_light_node node = tree_node(lights, 0u);
+    chosen_light made;
+    made.density = 1.0f;
+    uint count = light_node_count(node);
+    while (count == 0u) {
+        clast_light_node first = tree_node(lights, node.first);
+        clast_light_node second = tree_node(lights, node.first + 1u);
+        clast_light_turn turn =
+            light_turn(light_node_importance(first, view), light_node_importance(second, view), u);
+        made.density = made.density * turn.chance;
+        u = turn.u;
+        if (turn.second != 0u) {
+            node = second;
+        } else {
+            node = first;
+        }
+        count = light_node_count(node);
+    }
+    clast_light_pick pick = pick_begin(u);
+    for (uint i = 0u; i < count; i++) {
+        pick = pick_step(pick, i, entry_importance(lights, tree_entry(lights, node.first + i), position, view));
+    }
+    pick = pick_end(pick, count);
+    made.number = tree_entry(lights, node.first + pick.chosen).number;
+    made.density = made.density * pick_chance(pick.weight, pick.sum, count);
+    return made;
+}
+
+// The chance of a light that shines.
+float tree_density(lights_reference lights, clast_lit_point point, uint number)
+{
+    clast_light_view view = light_view(point, lights.of.tree_scale);
+    vec3 position = load3(point.position);
+    uint trail = uints(load_address(lights.of.tree_trails)).at[number];
+    uint place = uints(load_address(lights.of.tree_places)).at[number];
+    clast_light_node node = tree_node(lights, 0u);
+    float density = 1.0f;
+    uint count = light_node_count(node);
+    while (count == 0u) {
+        clast_light_node first = tree_node(lights, node.first);
+        clast_light_node second = tree_node(lights, node.first + 1u);
+        density = density * turn_chance(light_node_importance(first, view), light_node_importance(second, view), trail & 1u);
+        if ((trail & 1u) != 0u) {
+            node = second;
+        } else {
+            node = first;
+        }
+        trail = trail >> 1u;
+        count = light_node_count(node);
+    }
     float sum = 0.0f;
-    if (count > PUNCTUAL_WEIGHED) {
-        sum = rough_divide(lights.of.punctual_total, lights.of.extent * lights.of.extent);
+    float weight = 0.0f;
+    for (uint i = 0u; i < count; i++) {
+        float importance = entry_importance(lights, tree_entry(lights, node.first + i), position, view);
+        sum = sum + importance;
+        weight = node.first + i == place ? importance : weight;
+    }
+    return density * pick_chance(weight, sum, count);
+}
+
+// --------------------------------------------------------------------------------------------------------------- shares
+
+clast_light directional_light(lights_reference lights, uint entry)
+{
+    return punctual_light(lights, uints(load_address(lights.of.directional)).at[entry]);
+}
+
+float directional_strength(lights_reference lights, clast_light_view view)
+{
+    uint count = lights.of.directional_count;
+    float sum = 0.0f;
+    if (count > DIRECTIONAL_WEIGHED) {
+        sum = lights.of.directional_total;
     } else {
         for (uint i = 0u; i < count; i++) {
-            clast_incoming incoming = light_incoming(punctual_light(lights, i), position);
-            sum += luminance(load3(incoming.irradiance)) *
-                   light_facing(geometric_normal, normal, load3(incoming.direction));
+            sum += light_directional_importance(directional_light(lights, i), view);
         }
     }
     return sum;
 }
 
+// How much light the tree's lights may send to a point.
+float tree_strength(lights_reference lights, clast_lit_point point, clast_light_view view)
+{
+    float sum = 0.0f;
+    if (lights.of.tree_count != 0u) {
+        clast_light_node root = tree_node(lights, 0u);
+        uint count = light_node_count(root);
+        for (uint i = 0u; i < count; i++) {
+            sum += entry_importance(lights, tree_entry(lights, root.first + i), load3(point.position), view);
+        }
+        if (count == 0u) {
+            sum = light_node_importance(tree_node(lights, root.first), view) +
+                  light_node_importance(tree_node(lights, root.first + 1u), view);
+        }
+    }
+    return sum * lights.of.tree_strength;
+}
+
 // The shares at a point; both normals face the viewer.
-clast_light_shares lights_share(lights_reference lights, vec3 position, vec3 geometric_normal, vec3 normal)
+clast_light_shares lights_share(lights_reference lights, clast_lit_point point, vec3 geometric_normal, vec3 normal)
 {
     uint flags = lights.of.flags;
+    clast_light_view view = light_view(point, lights.of.tree_scale);
     float surroundings = 0.0f;
     float sun = 0.0f;
-    float emitters = 0.0f;
     if ((flags & LIGHTS_SURROUNDINGS) != 0u) {
         surroundings = surroundings_strength(lights.of.upper, lights.of.lower, normal);
     }
     if ((flags & LIGHTS_SUN) != 0u) {
         sun = sun_share(load3(lights.of.sun.z), lights.of.sun_height, geometric_normal);
     }
-    if (lights.of.emitter_count != 0u) {
-        emitters = emitters_strength(lights.of.emitter_total, load3(lights.of.emitter_centre), lights.of.emitter_radius,
-                                     position);
-    }
-    float punctual = punctual_sum(lights, position, geometric_normal, normal);
-    return shares_of_strengths(surroundings, sun, punctual, emitters);
+    return shares_of_strengths(surroundings, sun, directional_strength(lights, view), tree_strength(lights, point, view));
 }
 
 // -------------------------------------------------------------------------------------------------------------- samples
@@ -196,57 +308,51 @@ clast_light_sample sample_distant(light_room room, clast_light_shares shares, ve
     return light;
 }
 
-// Which punctual light, and how likely. The weights are computed twice, as they are too many to be kept.
-struct chosen_light
+clast_light_sample sample_directional(lights_reference lights, clast_light_shares shares, clast_lit_point point,
+                                      float choice)
 {
-    uint number;
+    uint count = lights.of.directional_count;
+    uint entry;
     float density;
-};
-
-chosen_light choose_punctual(lights_reference lights, vec3 position, float choice)
-{
-    uint count = lights.of.punctual_count;
-    chosen_light made;
-    if (count > PUNCTUAL_WEIGHED) {
-        found_sum found = sums_find(load_address(lights.of.punctual_sums), count, choice);
-        made.number = found.entry;
-        made.density = found.share;
+    if (count > DIRECTIONAL_WEIGHED) {
+        found_sum found = sums_find(load_address(lights.of.directional_sums), count, choice);
+        entry = found.entry;
+        density = found.share;
     } else {
-        float sum = 0.0f;
+        clast_light_view view = light_view(point, lights.of.tree_scale);
+        clast_light_pick pick = pick_begin(choice);
         for (uint i = 0u; i < count; i++) {
-            sum += punctual_strength(lights, i, position);
+            pick = pick_step(pick, i, light_directional_importance(directional_light(lights, i), view));
         }
-        clast_weighed_choice chosen = choice_begin();
-        for (uint i = 0u; i < count; i++) {
-            chosen = choice_step(chosen, i, punctual_strength(lights, i, position), choice * sum);
-        }
-        made.number = chosen.chosen;
-        made.density = chosen.chosen < count && is_finite1(sum) ? rough_divide(chosen.weight, sum) : 0.0f;
+        entry = pick_end(pick, count).chosen;
+        density = pick_chance(pick.weight, pick.sum, count);
     }
-    return made;
-}
-
-clast_light_sample sample_punctual(lights_reference lights, clast_light_shares shares, vec3 position, float choice)
-{
-    chosen_light chosen = choose_punctual(lights, position, choice);
     clast_light_sample light = no_light();
-    if (chosen.density > 0.0f) {
-        clast_light from = punctual_light(lights, chosen.number);
-        clast_incoming incoming = light_incoming(from, position);
-        light.direction = incoming.direction;
-        light.target = from.position;
-        light.is_distant = from.type == CLAST_LIGHT_DIRECTIONAL ? 1u : 0u;
-        light.is_point = 1u;
-        light.radiance = incoming.irradiance;
-        light.density = shares.punctual * chosen.density;
-    }
+    clast_incoming incoming = light_incoming(directional_light(lights, entry), load3(point.position));
+    light.direction = incoming.direction;
+    light.is_distant = 1u;
+    light.is_point = 1u;
+    light.radiance = incoming.irradiance;
+    light.density = shares.directional * density;
     return light;
 }
 
-clast_light_sample sample_emitter(light_room room, clast_light_shares shares, vec3 position, float choice, vec2 u)
+clast_light_sample sample_punctual(clast_light from, vec3 position, float density)
 {
-    found_sum found = sums_find(load_address(room.lights.of.emitter_sums), room.lights.of.emitter_count, choice);
-    clast_emitter emitter = emitter_list(load_address(room.lights.of.emitters)).at[found.entry];
+    clast_light_sample light = no_light();
+    clast_incoming incoming = light_incoming(from, position);
+    light.direction = incoming.direction;
+    light.target = from.position;
+    light.is_point = 1u;
+    light.radiance = incoming.irradiance;
+    light.density = density;
+    return light;
+}
+
+// `share` is the chance with which the emitter was chosen.
+clast_light_sample sample_emitter(light_room room, uint number, float share, vec3 position, vec2 u)
+{
+    clast_emitter emitter = emitter_list(load_address(room.lights.of.emitters)).at[number];
     vec2 weights = sample_triangle(u);
     clast_emitter_point point = emitter_point(emitter, weights, position);
     clast_light_sample light = no_light();
@@ -266,20 +372,34 @@ clast_light_sample sample_emitter(light_room room, clast_light_shares shares, ve
         light.target = store3(emitter_target(point, error));
         light.radiance =
             store3(emission_at(room.frame, room.materials, emitter.instance, emitter.material, on_source));
-        light.density = emitter_density(shares.emitters, found.share, emitter.area, point.distance,
+        light.density = emitter_density(share, emitter.area, point.distance,
                                         dot3(load3(point.normal), load3(point.direction)));
+    }
+    return light;
+}
+
+clast_light_sample sample_tree(light_room room, clast_light_shares shares, clast_lit_point point, float choice, vec2 u)
+{
+    chosen_light chosen = tree_choose(room.lights, point, choice);
+    float density = shares.tree * chosen.density;
+    uint emitters = room.lights.of.emitter_count;
+    clast_light_sample light;
+    if (chosen.number < emitters) {
+        light = sample_emitter(room, chosen.number, density, load3(point.position), u);
+    } else {
+        light = sample_punctual(punctual_light(room.lights, chosen.number - emitters), load3(point.position), density);
     }
     return light;
 }
 
 // Chooses one of the lights but the sun by `choice` in [0, 1) and a point of it by `u`; or, `of_sun`, a point of the sun, of
 // density 0 where its share is none. One text for both, as what comes from far away is long.
-clast_light_sample lights_sample(light_room room, clast_light_shares shares, vec3 position, bool of_sun, float choice,
-                                 vec2 u)
+clast_light_sample lights_sample(light_room room, clast_light_shares shares, clast_lit_point point, bool of_sun,
+                                 float choice, vec2 u)
 {
     clast_light_sample light = no_light();
     float after = choice - shares.surroundings;
-    float last = after - shares.punctual;
+    float last = after - shares.directional;
     vec3 direction = splat3(0.0f);
     bool is_far = false;
     if (of_sun) {
@@ -288,10 +408,10 @@ clast_light_sample lights_sample(light_room room, clast_light_shares shares, vec
     } else if (choice < shares.surroundings) {
         is_far = true;
         direction = surroundings_sample(room.lights, u);
-    } else if (after < shares.punctual) {
-        light = sample_punctual(room.lights, shares, position, rough_divide(after, shares.punctual));
-    } else if (shares.emitters > 0.0f) {
-        light = sample_emitter(room, shares, position, min1(rough_divide(last, shares.emitters), 0.99999994f), u);
+    } else if (after < shares.directional) {
+        light = sample_directional(room.lights, shares, point, rough_divide(after, shares.directional));
+    } else if (shares.tree > 0.0f) {
+        light = sample_tree(room, shares, point, below_one(rough_divide(last, shares.tree)), u);
     }
     if (is_far) {
         light = sample_distant(room, shares, direction);
@@ -300,10 +420,10 @@ clast_light_sample lights_sample(light_room room, clast_light_shares shares, vec
 }
 
 // The density with which an emissive triangle is found. Emitters of an instance are in order of their primitives.
-float emitter_density_at(lights_reference lights, float emitters_share, uint frame_instance, uint primitive,
-                         float distance, float cosine)
+float emitter_density_at(lights_reference lights, float tree_share, clast_lit_point point, uint frame_instance,
+                         uint primitive, float distance, float cosine)
 {
-    if (!(emitters_share > 0.0f)) {
+    if (!(tree_share > 0.0f) || lights.of.emitter_count == 0u) {
         return 0.0f;
     }
     emitter_list emitters = emitter_list(load_address(lights.of.emitters));
@@ -317,8 +437,7 @@ float emitter_density_at(lights_reference lights, float emitters_share, uint fra
     if (first == end || emitters.at[search.low].primitive != primitive) {
         return 0.0f; // it has no area, or its source has no such list: found by chance alone
     }
-    float share = sums_share(load_address(lights.of.emitter_sums), search.low);
-    return emitter_density(emitters_share, share, emitters.at[search.low].area, distance, cosine);
+    return emitter_density(tree_share * tree_density(lights, point, search.low), emitters.at[search.low].area, distance, cosine);
 }
 
 #endif

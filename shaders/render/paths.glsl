@@ -44,6 +44,21 @@ void store_piece(uint piece, uint path, vec3 first, float last)
     float4s(piece_of(render_of().of.paths, piece, path)).at[0] = vec4(first, last);
 }
 
+// The point where a path's ray began, as lights see it.
+void store_lit(uint path, clast_lit_point point)
+{
+    uint4s(piece_of(render_of().of.paths, PATH_LIT, path)).at[0] = uvec4(floatBitsToUint(load3(point.position)), point.normal);
+}
+
+clast_lit_point load_lit(uint path)
+{
+    uvec4 piece = uint4s(piece_of(render_of().of.paths, PATH_LIT, path)).at[0];
+    clast_lit_point point;
+    point.position = store3(vec3(uintBitsToFloat(piece[0]), uintBitsToFloat(piece[1]), uintBitsToFloat(piece[2])));
+    point.normal = piece[3];
+    return point;
+}
+
 void store_hit(uint path, clast_visibility seen)
 {
     packed_address hits = render_of().of.hits;

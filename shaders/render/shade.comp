@@ -20,6 +20,7 @@ struct path_state
     vec3 throughput;
     vec3 radiance;
     clast_light_shares shares; // of the point where its ray began
+    clast_lit_point lit;       // that point
     vec3 absorption;
     vec3 direction;
     float density;
@@ -37,7 +38,7 @@ path_state load_path(uint path)
     state.absorption = splat3(0.0f);
     state.density = 0.0f;
     state.alpha_floor = 0.0f;
-    state.shares.surroundings = state.shares.sun = state.shares.punctual = state.shares.emitters = 0.0f;
+    state.shares.surroundings = state.shares.sun = state.shares.directional = state.shares.tree = 0.0f;
     if (push.bounce != 0u) {
         vec4 throughput = load_piece(PATH_THROUGHPUT, path);
         vec4 radiance = load_piece(PATH_RADIANCE, path);
@@ -47,7 +48,7 @@ path_state load_path(uint path)
         state.absorption = vec3(throughput[3], radiance[3], shares[3]);
         state.shares.surroundings = shares[0];
         state.shares.sun = shares[1];
-        state.shares.emitters = shares[2];
+        state.shares.tree = shares[2];
         state.density = load_piece(PATH_ORIGIN, path)[3];
         state.alpha_floor = direction[3];
         vec4 cone = load_piece(PATH_CONE, path);
@@ -68,8 +69,9 @@ void store_radiance(uint path, path_state state)
 void store_ray(uint path, path_state state, vec3 origin)
 {
     store_piece(PATH_THROUGHPUT, path, state.throughput, state.absorption[0]);
-    store_piece(PATH_SHARES, path, vec3(state.shares.surroundings, state.shares.sun, state.shares.emitters),
+    store_piece(PATH_SHARES, path, vec3(state.shares.surroundings, state.shares.sun, state.shares.tree),
                 state.absorption[2]);
+    store_lit(path, state.lit);
     store_piece(PATH_ORIGIN, path, origin, state.density);
     store_piece(PATH_DIRECTION, path, state.direction, state.alpha_floor);
     store_piece(PATH_CONE, path, vec3(state.cone.width, state.cone.spread, 0.0f), 0.0f);
@@ -108,7 +110,7 @@ void add_distant_light(light_room room, inout path_state state)
     state.radiance = state.radiance + state.throughput * distant_radiance(room, state.direction) * weight;
 }
 
-void add_emission(light_room room, inout path_state state, shading_point point, float distance)
+void add_emission(light_room room, uint path, inout path_state state, shading_point point, float distance)
 {
     if (!(largest3(point.emission) > 0.0f)) {
         return;
@@ -116,8 +118,8 @@ void add_emission(light_room room, inout path_state state, shading_point point, 
     float weight = 1.0f;
     if (push.bounce != 0u) {
         float cosine = dot3(point.geometric_normal, state.direction);
-        float other = emitter_density_at(room.lights, state.shares.emitters, point.frame_instance, point.primitive, distance,
-                                         cosine);
+        float other = emitter_density_at(room.lights, state.shares.tree, load_lit(path), point.frame_instance, point.primitive,
+                                         distance, cosine);
         weight = mis_weight(state.density, other);
     }
     state.radiance = state.radiance + state.throughput * point.emission * weight;
@@ -189,7 +191,8 @@ uint scatter_path(light_room room, uint path, uint seed, path_state state, shadi
     clast_path_surface at = path_surface_of(point);
     vec3 view = path_view(at, state.direction);
     clast_bsdf bsdf = scatter_make(room.materials, point.material, point.surface, state.alpha_floor, view);
-    state.shares = lights_share(room.lights, point.position, point.geometric_normal, point.normal);
+    state.lit = lit_point(point.position, point.normal, bsdf.glass > 0.0f);
+    state.shares = lights_share(room.lights, state.lit, point.geometric_normal, point.normal);
     bool softens = render_of().of.fireflies == CLAST_FIREFLIES_SOFTENED;
     vec2 choice = next_square(seed, PATH_USE_CHOICE);
     uint lists = 0u;
@@ -202,7 +205,7 @@ uint scatter_path(light_room room, uint path, uint seed, path_state state, shadi
             chosen = bsdf_direction(bsdf, view, u, choice[1]);
             direction = path_direction(at, chosen);
         } else {
-            light = lights_sample(room, state.shares, point.position, turn == TURN_SUN, choice[0], u);
+            light = lights_sample(room, state.shares, state.lit, turn == TURN_SUN, choice[0], u);
             direction = load3(light.direction);
         }
         if (turn != TURN_NEXT && !light_shines(light)) {
@@ -247,7 +250,7 @@ uint step_at_surface(light_room room, uint path, uint seed, path_state state, sh
     } else if (render_of().of.integrator == CLAST_INTEGRATOR_AO) {
         lists = add_openness(path, seed, point);
     } else {
-        add_emission(room, state, point, distance);
+        add_emission(room, path, state, point, distance);
         note_direct(path, state.radiance);
         if (point.unlit) {
             state.radiance = state.radiance + state.throughput * load3(point.surface.base.base_colour);

@@ -176,8 +176,8 @@ static void add_emission(const tile_job *job, clast_path *path, const clast_visi
     float weight = 1.0f;
     if (bounce != 0) {
         float cosine = dot3(point->geometric_normal, path->direction);
-        float other = clast_emitter_density(job->target->lights, &path->shares, point->frame_instance, point->primitive,
-                                            seen->distance, cosine);
+        float other = clast_emitter_density(job->target->lights, &path->shares, path->lit, point->frame_instance,
+                                            point->primitive, seen->distance, cosine);
         weight = mis_weight(path->density, other);
     }
     path->radiance = path->radiance + path->throughput * point->emission * weight;
@@ -205,7 +205,7 @@ static void sample_lights(tile_job *job, uint32_t from, const interaction *of, u
     const clast_path *path = &job->scratch->paths[from];
     vec2 u = next_square(target, path->seed, bounce, PATH_USE_LIGHT);
     float choice = next_square(target, path->seed, bounce, PATH_USE_CHOICE)[0];
-    clast_light_sample light = clast_lights_sample(target->lights, &path->shares, load3(of->at.position), choice, u);
+    clast_light_sample light = clast_lights_sample(target->lights, &path->shares, path->lit, choice, u);
     add_shadow(job, from, of, &light);
     if (path->shares.sun > 0.0f) {
         light = clast_lights_sample_sun(target->lights, &path->shares,
@@ -220,7 +220,8 @@ static bool scatter_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bou
     clast_render_target *target = job->target;
     clast_path *path = &job->scratch->paths[from];
     interaction of = interact(target, path, point);
-    path->shares = clast_lights_share(target->lights, point->position, point->geometric_normal, point->normal);
+    path->lit = lit_point(point->position, point->normal, of.bsdf.glass > 0.0f);
+    path->shares = clast_lights_share(target->lights, path->lit, point->geometric_normal, point->normal);
     sample_lights(job, from, &of, bounce);
     if (!sample_direction(target, path, &of, point, bounce) || !survives(target, path, bounce)) {
         return false;

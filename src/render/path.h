@@ -22,6 +22,7 @@ typedef struct clast_path {
     vec3 direct;               // of it, what the first surface sends out or scatters at once
     vec3 direction;            // of the ray under way, unit length
     clast_light_shares shares; // of the point where it began
+    clast_lit_point lit;       // that point
     vec3 absorption;           // of the volume that the ray is in
     float density;             // with which it was chosen, by solid angle
     float alpha_floor;         // least width of the lobes to come

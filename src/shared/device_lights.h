@@ -13,34 +13,37 @@ LIMIT(SKY_HEIGHT, 256u, "of the picture of a sky")
 
 RECORD(clast_device_lights)
 {
-    packed_address row_sums;      // cells_height + 1 floats: the surroundings' cells
-    packed_address cell_sums;     // of each row, cells_width + 1
-    packed_address sky;           // packed3, SKY_WIDTH x SKY_HEIGHT; 0 where there is none
-    packed_address punctual;      // clast_light
-    packed_address punctual_sums; // one more than there are
-    packed_address emitters;      // clast_emitter
-    packed_address emitter_sums;  // one more than there are
-    packed_address first_emitter; // by instance of the frame, one more at the end
-    clast_device_image image;     // of the surroundings
-    uint flags;                   // LIGHTS_ bits
-    packed3 factor;               // of the surroundings' radiance
+    packed_address row_sums;         // cells_height + 1 floats: the surroundings' cells
+    packed_address cell_sums;        // of each row, cells_width + 1
+    packed_address sky;              // packed3, SKY_WIDTH x SKY_HEIGHT; 0 where there is none
+    packed_address punctual;         // clast_light
+    packed_address directional;      // numbers of the directional ones
+    packed_address directional_sums; // one more than there are
+    packed_address emitters;         // clast_emitter
+    packed_address first_emitter;    // by instance of the frame, one more at the end
+    packed_address tree_nodes;       // clast_light_node
+    packed_address tree_entries;     // clast_light_entry
+    packed_address tree_trails;      // by number of a light in the tree: the turns to its leaf
+    packed_address tree_places;      // likewise its entry
+    clast_device_image image;        // of the surroundings
+    uint flags;                      // LIGHTS_ bits
+    packed3 factor;                  // of the surroundings' radiance
     uint cells_width;
     uint cells_height;
     float rotation;
-    float upper;                  // mean luminance of each half
+    float upper;                     // mean luminance of each half
     float lower;
-    clast_basis sun;              // z towards its middle
-    float sun_height;             // 1 - cosine of its angular radius
+    clast_basis sun;                 // z towards its middle
+    float sun_height;                // 1 - cosine of its angular radius
     packed3 sun_irradiance;
-    float sun_density;            // of directions, by solid angle
-    uint punctual_count;
-    float punctual_total;
+    float sun_density;               // of directions, by solid angle
+    uint directional_count;
+    float directional_total;
     uint emitter_count;
-    float emitter_total;
-    packed3 emitter_centre;
-    float emitter_radius;
-    float extent;                 // of the scene
+    uint tree_count;                 // of entries
+    float tree_scale;
+    float tree_strength;
 };
-RECORD_SIZE(clast_device_lights, 8 * 8 + 12 + 4 + 12 + 20 + 36 + 20 + 16 + 16 + 4)
+RECORD_SIZE(clast_device_lights, 12 * 8 + 12 + 4 + 12 + 20 + 36 + 20 + 24)
 
 #endif

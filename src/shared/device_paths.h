@@ -14,17 +14,19 @@ LIMIT(RENDER_VIEWS, 14u, "views that there are")
 // A path's pieces of four floats, each in an array of its own:
 //   throughput x y z, absorption x
 //   radiance x y z, absorption y
-//   shares of surroundings, sun and emitters where its ray began, absorption z
+//   shares of surroundings, sun and the tree where its ray began, absorption z
 //   origin of its ray x y z, density with which that was chosen
 //   direction of its ray x y z, least width of the lobes to come
 //   width and spread of the cone around its ray, nothing, nothing
+//   where its ray began as lights see it: clast_lit_point
 LIMIT(PATH_THROUGHPUT, 0u, "piece of a path")
 LIMIT(PATH_RADIANCE, 1u, "piece of a path")
 LIMIT(PATH_SHARES, 2u, "piece of a path")
 LIMIT(PATH_ORIGIN, 3u, "piece of a path")
 LIMIT(PATH_DIRECTION, 4u, "piece of a path")
 LIMIT(PATH_CONE, 5u, "piece of a path")
-LIMIT(PATH_PIECES, 6u, "how many there are")
+LIMIT(PATH_LIT, 6u, "piece of a path")
+LIMIT(PATH_PIECES, 7u, "how many there are")
 
 // What a path's ray hit, in three pieces of four words:
 //   instance, cluster, triangle, steps

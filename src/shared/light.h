@@ -15,12 +15,14 @@ RECORD(clast_incoming)
 };
 RECORD_SIZE(clast_incoming, 28)
 
-// KHR_lights_punctual's attenuation: the inverse square, brought to zero at the range.
-FN float light_attenuation(float distance, float range)
+// How bright light of a colour is; not zero where any of it is there.
+FN float light_strength(vec3 radiance) { return max1(luminance(radiance), 0.01f * max1(largest3(radiance), 0.0f)); }
+
+// KHR_lights_punctual's range: brings the inverse square to zero there.
+FN float light_window(float distance, float range)
 {
     float ratio = range > 0.0f ? rough_divide(distance, range) : 0.0f;
-    float window = clamp1(1.0f - ratio * ratio * ratio * ratio, 0.0f, 1.0f);
-    return rough_divide(window, max1(distance * distance, 1e-20f));
+    return clamp1(1.0f - ratio * ratio * ratio * ratio, 0.0f, 1.0f);
 }
 
 // KHR_lights_punctual's cone.
@@ -31,6 +33,16 @@ FN float light_cone(clast_light light, float cosine)
     return inside * inside;
 }
 
+// What its cone and its range let through, of a light that is somewhere. `towards` it, unit length.
+FN float light_reaching(clast_light light, vec3 towards, float distance)
+{
+    float reaching = light_window(distance, light.range);
+    if (light.type == CLAST_LIGHT_SPOT) {
+        reaching = reaching * light_cone(light, -dot3(towards, load3(light.direction)));
+    }
+    return reaching;
+}
+
 FN clast_incoming light_incoming(clast_light light, vec3 place)
 {
     clast_incoming incoming;
@@ -38,11 +50,8 @@ FN clast_incoming light_incoming(clast_light light, vec3 place)
     vec3 away = load3(light.position) - place;
     float distance = length3(away);
     vec3 towards = distance > 0.0f ? away * rough_divide(1.0f, distance) : shines * -1.0f;
-    float strength = light_attenuation(distance, light.range);
-    if (light.type == CLAST_LIGHT_SPOT) {
-        strength = strength * light_cone(light, -dot3(towards, shines));
-    }
     bool directional = light.type == CLAST_LIGHT_DIRECTIONAL;
+    float strength = rough_divide(light_reaching(light, towards, distance), max1(distance * distance, 1e-20f));
     incoming.direction = store3(directional ? shines * -1.0f : towards);
     incoming.distance = directional ? uintBitsToFloat(0x7f800000u) : distance;
     incoming.irradiance = store3(load3(light.radiance) * (directional ? 1.0f : strength));

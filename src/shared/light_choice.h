@@ -4,9 +4,9 @@
 #ifndef CLAST_SHARED_LIGHT_CHOICE_H
 #define CLAST_SHARED_LIGHT_CHOICE_H
 
-#include "shared/light.h"
+#include "shared/light_tree.h"
 
-LIMIT(PUNCTUAL_WEIGHED, 16u, "so many punctual lights are weighed at each point; of more, one is chosen by its strength alone")
+LIMIT(DIRECTIONAL_WEIGHED, 16u, "so many directional lights are weighed at each point; of more, one is chosen by its strength alone")
 TABLE float LIGHT_LEAST_SHARE = 0.1f; // of a kind of light that is there at all: guesses of its strength may be wrong
 
 // How likely each kind of light is chosen at a point; they add up to one, or are all zero. The sun has a sample of its
@@ -15,8 +15,8 @@ RECORD(clast_light_shares)
 {
     float surroundings;
     float sun;
-    float punctual;
-    float emitters;
+    float directional;
+    float tree; // of lights that are somewhere: emissive triangles, points and spots
 };
 RECORD_SIZE(clast_light_shares, 16)
 
@@ -96,34 +96,6 @@ FN float place_between(float low, float high, float u)
     return width > 0.0f ? clamp1(rough_divide(u - low, width), 0.0f, 1.0f) : 0.5f;
 }
 
-// One of a few, by weights that are seen one after the other.
-RECORD(clast_weighed_choice)
-{
-    uint chosen; // CLAST_NONE while no weight is above zero
-    float weight;
-    float before; // the sum of weights so far
-};
-RECORD_SIZE(clast_weighed_choice, 12)
-
-FN clast_weighed_choice choice_begin(void)
-{
-    clast_weighed_choice choice;
-    choice.chosen = CLAST_NONE;
-    choice.weight = 0.0f;
-    choice.before = 0.0f;
-    return choice;
-}
-
-// `point` is a number in [0, 1) times the sum of all weights.
-FN clast_weighed_choice choice_step(clast_weighed_choice choice, uint number, float weight, float point)
-{
-    bool takes = weight > 0.0f && (choice.chosen == CLAST_NONE || point >= choice.before);
-    choice.chosen = takes ? number : choice.chosen;
-    choice.weight = takes ? weight : choice.weight;
-    choice.before = choice.before + weight;
-    return choice;
-}
-
 // --------------------------------------------------------------------------------------------------------------- shares
 
 // How much of a light from a direction a surface may scatter; both normals face the viewer.
@@ -148,33 +120,25 @@ FN float sun_share(vec3 sun, float height, vec3 geometric_normal)
     return dot3(geometric_normal, sun) > -reach ? 1.0f : 0.0f;
 }
 
-// Of all emitters, whose weights add up to `total`.
-FN float emitters_strength(float total, vec3 centre, float radius, vec3 position)
-{
-    vec3 away = centre - position;
-    float square = max1(dot3(away, away), 0.25f * radius * radius);
-    return rough_divide(total, max1(square, 1e-30f));
-}
-
 FN float least_share(float strength, float sum)
 {
     return strength > 0.0f ? max1(strength, LIGHT_LEAST_SHARE * sum) : 0.0f;
 }
 
 // From how strong each kind is.
-FN clast_light_shares shares_of_strengths(float surroundings, float sun, float punctual, float emitters)
+FN clast_light_shares shares_of_strengths(float surroundings, float sun, float directional, float tree)
 {
-    float all = surroundings + punctual + emitters;
+    float all = surroundings + directional + tree;
     float a = least_share(surroundings, all);
-    float b = least_share(punctual, all);
-    float c = least_share(emitters, all);
+    float b = least_share(directional, all);
+    float c = least_share(tree, all);
     float sum = a + b + c;
     float scale = sum > 0.0f && is_finite1(sum) ? rough_divide(1.0f, sum) : 0.0f;
     clast_light_shares shares;
     shares.surroundings = a * scale;
     shares.sun = sun;
-    shares.punctual = b * scale;
-    shares.emitters = c * scale;
+    shares.directional = b * scale;
+    shares.tree = c * scale;
     return shares;
 }
 
@@ -278,11 +242,11 @@ FN vec3 emitter_target(clast_emitter_point point, vec3 error)
     return load3(point.place) + normal * (faces ? offset : -offset);
 }
 
-// By solid angle. `kind_share` is that of all emitters, `share` its own among them.
-FN float emitter_density(float kind_share, float share, float area, float distance, float cosine)
+// By solid angle. `share` is the chance with which it is chosen.
+FN float emitter_density(float share, float area, float distance, float cosine)
 {
     float size = max1(abs1(cosine), 1e-6f) * area;
-    return rough_divide(kind_share * share * distance * distance, size);
+    return rough_divide(share * distance * distance, size);
 }
 
 #endif

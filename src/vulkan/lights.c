@@ -7,7 +7,21 @@ _Static_assert((int)CLAST_SKY_WIDTH == (int)SKY_WIDTH && (int)CLAST_SKY_HEIGHT =
                "size of the picture of a sky");
 
 // The tables, in the order in which they lie in the buffer.
-enum { ROW_SUMS, CELL_SUMS, SKY, PUNCTUAL, PUNCTUAL_SUMS, EMITTERS, EMITTER_SUMS, FIRST_EMITTER, TABLES };
+enum {
+    ROW_SUMS,
+    CELL_SUMS,
+    SKY,
+    PUNCTUAL,
+    DIRECTIONAL,
+    DIRECTIONAL_SUMS,
+    EMITTERS,
+    FIRST_EMITTER,
+    TREE_NODES,
+    TREE_ENTRIES,
+    TREE_TRAILS,
+    TREE_PLACES,
+    TABLES
+};
 
 typedef struct table {
     const void *data;
@@ -20,16 +34,23 @@ static void list_tables(const clast_lights *lights, table tables[TABLES])
     const clast_frame *frame = lights->frame;
     const clast_surroundings *cells = &lights->surroundings;
     size_t rows = cells->row_sums != NULL ? cells->height : 0, sky = lights->sky.radiance != NULL ? SKY_WIDTH : 0;
-    size_t punctual = lights->punctual.count, emitters = lights->emitters.count;
+    size_t directional = lights->directional.count, emitters = lights->emitter_count;
+    const clast_light_tree *tree = &lights->tree;
+    size_t numbers = tree->count != 0 ? tree->number_count : 0;
     tables[ROW_SUMS] = (table){cells->row_sums, rows != 0 ? rows + 1 : 0, sizeof(float), 0};
     tables[CELL_SUMS] = (table){cells->cell_sums, rows * ((size_t)cells->width + 1), sizeof(float), 0};
     tables[SKY] = (table){lights->sky.radiance, sky * SKY_HEIGHT, sizeof(packed3), 0};
-    tables[PUNCTUAL] = (table){frame->motion.lights, punctual, sizeof(clast_light), 0};
-    tables[PUNCTUAL_SUMS] = (table){lights->punctual.sums, punctual != 0 ? punctual + 1 : 0, sizeof(float), 0};
+    tables[PUNCTUAL] = (table){frame->motion.lights, frame->scene->light_count, sizeof(clast_light), 0};
+    tables[DIRECTIONAL] = (table){lights->directional_numbers, directional, sizeof(uint32_t), 0};
+    tables[DIRECTIONAL_SUMS] = (table){lights->directional.sums, directional != 0 ? directional + 1 : 0, sizeof(float),
+                                       0};
     tables[EMITTERS] = (table){frame->emitters, emitters, sizeof(clast_emitter), 0};
-    tables[EMITTER_SUMS] = (table){lights->emitters.sums, emitters != 0 ? emitters + 1 : 0, sizeof(float), 0};
     tables[FIRST_EMITTER] = (table){lights->first_emitter, emitters != 0 ? frame->instance_count + 1 : 0,
                                     sizeof(uint32_t), 0};
+    tables[TREE_NODES] = (table){tree->nodes, tree->node_count, sizeof(clast_light_node), 0};
+    tables[TREE_ENTRIES] = (table){tree->entries, tree->count, sizeof(clast_light_entry), 0};
+    tables[TREE_TRAILS] = (table){tree->trails, numbers, sizeof(uint32_t), 0};
+    tables[TREE_PLACES] = (table){tree->places, numbers, sizeof(uint32_t), 0};
 }
 
 // False where there are more than memory has addresses for.
@@ -60,10 +81,14 @@ static clast_device_lights head_of(const clast_gpu_lights *mirror, const clast_l
         .cell_sums = address_of(mirror, &tables[CELL_SUMS]),
         .sky = address_of(mirror, &tables[SKY]),
         .punctual = address_of(mirror, &tables[PUNCTUAL]),
-        .punctual_sums = address_of(mirror, &tables[PUNCTUAL_SUMS]),
+        .directional = address_of(mirror, &tables[DIRECTIONAL]),
+        .directional_sums = address_of(mirror, &tables[DIRECTIONAL_SUMS]),
         .emitters = address_of(mirror, &tables[EMITTERS]),
-        .emitter_sums = address_of(mirror, &tables[EMITTER_SUMS]),
         .first_emitter = address_of(mirror, &tables[FIRST_EMITTER]),
+        .tree_nodes = address_of(mirror, &tables[TREE_NODES]),
+        .tree_entries = address_of(mirror, &tables[TREE_ENTRIES]),
+        .tree_trails = address_of(mirror, &tables[TREE_TRAILS]),
+        .tree_places = address_of(mirror, &tables[TREE_PLACES]),
         .image = image,
         .flags = (lights->has_surroundings ? LIGHTS_SURROUNDINGS : 0u) | (lights->has_sun ? LIGHTS_SUN : 0u),
         .factor = store3(lights->factor),
@@ -76,13 +101,12 @@ static clast_device_lights head_of(const clast_gpu_lights *mirror, const clast_l
         .sun_height = lights->sun_height,
         .sun_irradiance = store3(lights->sun_irradiance),
         .sun_density = lights->sun_density,
-        .punctual_count = lights->punctual.count,
-        .punctual_total = lights->punctual.total,
-        .emitter_count = lights->emitters.count,
-        .emitter_total = lights->emitters.total,
-        .emitter_centre = store3(lights->emitter_centre),
-        .emitter_radius = lights->emitter_radius,
-        .extent = lights->extent,
+        .directional_count = lights->directional.count,
+        .directional_total = lights->directional.total,
+        .emitter_count = lights->emitter_count,
+        .tree_count = lights->tree.count,
+        .tree_scale = lights->tree.scale,
+        .tree_strength = lights->tree.strength,
     };
 }
 

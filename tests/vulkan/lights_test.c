@@ -33,7 +33,7 @@ typedef struct question {
     packed3 position, geometric_normal, normal, direction;
     packed2 square, sun_square;
     float choice, distance, cosine;
-    uint32_t instance, primitive;
+    uint32_t instance, primitive, passes;
 } question;
 
 typedef struct answer {
@@ -118,13 +118,14 @@ static void ask_device(const clast_frame *frame, const clast_lights *lights, con
 static answer ask_processor(const clast_lights *lights, const question *q)
 {
     answer a;
-    vec3 position = load3(q->position);
-    a.shares = clast_lights_share(lights, position, load3(q->geometric_normal), load3(q->normal));
-    a.light = clast_lights_sample(lights, &a.shares, position, q->choice, load2(q->square));
+    clast_lit_point point = lit_point(load3(q->position), load3(q->normal), q->passes != 0);
+    a.shares = clast_lights_share(lights, point, load3(q->geometric_normal), load3(q->normal));
+    a.light = clast_lights_sample(lights, &a.shares, point, q->choice, load2(q->square));
     a.sun = clast_lights_sample_sun(lights, &a.shares, load2(q->sun_square));
     a.distant_radiance = store3(clast_distant_radiance(lights, load3(q->direction)));
     a.distant_density = clast_distant_density(lights, &a.shares, load3(q->direction));
-    a.emitter_density = clast_emitter_density(lights, &a.shares, q->instance, q->primitive, q->distance, q->cosine);
+    a.emitter_density = clast_emitter_density(lights, &a.shares, point, q->instance, q->primitive, q->distance,
+                                              q->cosine);
     return a;
 }
 
@@ -156,6 +157,7 @@ static void draw_question(const clast_frame *frame, question *q)
     q->cosine = 2.0f * draw() - 1.0f;
     q->instance = frame->instance_count != 0 ? (uint32_t)(draw() * (float)frame->instance_count) : 0;
     q->primitive = (uint32_t)(draw() * 3.0f);
+    q->passes = draw() < 0.1f;
 }
 
 // Functions of the machine are a little different on each, so a few directions fall into the next cell of a picture: one in a
