@@ -119,7 +119,21 @@ typedef struct clast_material_desc {
     float thickness;
     float attenuation_distance;  /**< after which light has the colour below; 0 is endless */
     float attenuation_colour[3]; /**< linear, 0 to 1 */
-    bool unlit;                  /**< its base colour is seen as it is, whatever the light. KHR_materials_unlit */
+    float dispersion;  /**< of a volume: how much it parts colours, 20 over its Abbe number. KHR_materials_dispersion */
+    float iridescence; /**< 0 to 1, times the texture's red: how much a thin film covers. KHR_materials_iridescence */
+    float iridescence_ior; /**< the film's index of refraction, from 1 */
+    /** The film's thickness in nanometres, where the texture is 0 and where it is 1; without a texture, the maximum counts. */
+    float iridescence_thickness_minimum;
+    float iridescence_thickness_maximum;
+    clast_texture_slot iridescence_texture;           /**< red */
+    clast_texture_slot iridescence_thickness_texture; /**< green */
+    /** 0 to 1, times the texture's alpha: how much of the diffuse part leaves on the other side, and in which colour, times the
+     *  texture's. KHR_materials_diffuse_transmission */
+    float diffuse_transmission;
+    float diffuse_transmission_colour[3]; /**< linear, 0 to 1 */
+    clast_texture_slot diffuse_transmission_texture;
+    clast_texture_slot diffuse_transmission_colour_texture;
+    bool unlit; /**< its base colour is seen as it is, whatever the light. KHR_materials_unlit */
 } clast_material_desc;
 
 /** X(slot): all texture slots of a material. */
@@ -138,7 +152,11 @@ typedef struct clast_material_desc {
     X(sheen_colour_texture) \
     X(sheen_roughness_texture) \
     X(anisotropy_texture) \
-    X(transmission_texture)
+    X(transmission_texture) \
+    X(iridescence_texture) \
+    X(iridescence_thickness_texture) \
+    X(diffuse_transmission_texture) \
+    X(diffuse_transmission_colour_texture)
 
 /** Light grey, rough, not metallic, double sided, without textures or layers, of refractive index 1.5; a displacement texture
  *  has scale 1 and offset 0. */

@@ -17,7 +17,7 @@ float scatter_value(uint64_t table, float roughness, float cosine)
 // formula of bsdf.h.
 clast_bsdf scatter_make(materials_reference all, uint material, clast_bsdf_input from, float alpha_floor, vec3 view)
 {
-    float glass = 1.0f;
+    clast_glass_albedo glass = glass_albedo(1.0f, 1.0f);
     float sheen = 0.0f;
     ggx_tables = load_address(all.of.ggx);
     if (from.transmission > 0.0f) {
@@ -26,8 +26,11 @@ clast_bsdf scatter_make(materials_reference all, uint material, clast_bsdf_input
         if (from.thin != 0u || number == CLAST_NONE) {
             glass = thin_glass_albedo(roughness, view[2]);
         } else {
-            uint64_t table = uint64_t(2u * number + from.inside) * uint64_t(4u * SCATTER_CELLS);
-            glass = scatter_value(load_address(all.of.glass) + table, roughness, view[2]);
+            uint first = GLASS_TABLES * (number + from.colour);
+            uint64_t full = uint64_t(first + glass_table(from.inside, 0u)) * uint64_t(4u * SCATTER_CELLS);
+            uint64_t bare = uint64_t(first + glass_table(from.inside, 1u)) * uint64_t(4u * SCATTER_CELLS);
+            glass = glass_albedo(scatter_value(load_address(all.of.glass) + full, roughness, view[2]),
+                                 scatter_value(load_address(all.of.glass) + bare, roughness, view[2]));
         }
     }
     if (largest3(load3(from.sheen)) > 0.0f) {

@@ -190,8 +190,14 @@ uint scatter_path(light_room room, uint path, uint seed, path_state state, shadi
 {
     clast_path_surface at = path_surface_of(point);
     vec3 view = path_view(at, state.direction);
-    clast_bsdf bsdf = scatter_make(room.materials, point.material, point.surface, state.alpha_floor, view);
-    state.lit = lit_point(point.position, point.normal, bsdf.glass > 0.0f);
+    clast_bsdf_input surface = point.surface;
+    if (surface.dispersion > 0.0f) {
+        clast_path_colour in_colour = path_choose_colour(state.throughput, next_square(seed, PATH_USE_ROULETTE)[1]);
+        state.throughput = load3(in_colour.throughput);
+        surface = surface_of_colour(surface, in_colour.colour);
+    }
+    clast_bsdf bsdf = scatter_make(room.materials, point.material, surface, state.alpha_floor, view);
+    state.lit = lit_point(point.position, point.normal, bsdf_passes(bsdf));
     state.shares = lights_share(room.lights, state.lit, point.geometric_normal, point.normal);
     bool softens = render_of().of.fireflies == CLAST_FIREFLIES_SOFTENED;
     vec2 choice = next_square(seed, PATH_USE_CHOICE);

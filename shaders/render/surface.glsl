@@ -224,9 +224,28 @@ void shade_layers(texture_reader reader, bool is_back, inout shading_point point
     }
     if ((layers & MATERIAL_TRANSMISSION) != 0u) {
         point.surface.transmission = read_factor(reader, SLOT_TRANSMISSION, 0u, material.of.record.transmission);
+        bool disperses = point.surface.transmission > 0.0f && material.of.record.thickness > 0.0f;
+        point.surface.dispersion = disperses ? material.of.record.dispersion : 0.0f;
+    }
+    if ((layers & MATERIAL_DIFFUSE_TRANSMISSION) != 0u) {
+        point.surface.through =
+            read_factor(reader, SLOT_DIFFUSE_TRANSMISSION, 3u, material.of.record.diffuse_transmission);
+        vec3 colour = load3(material.of.record.diffuse_transmission_colour) *
+                      read_colour(reader, SLOT_DIFFUSE_TRANSMISSION_COLOUR);
+        point.surface.through_colour = store3(clamp_unit3(colour));
+    }
+    if ((layers & (MATERIAL_TRANSMISSION | MATERIAL_DIFFUSE_TRANSMISSION)) != 0u) {
         point.surface.thin = material.of.record.thickness > 0.0f ? 0u : 1u;
         point.surface.inside = point.surface.thin == 0u && is_back ? 1u : 0u;
         point.absorption = point.surface.thin == 0u ? load3(material.of.record.absorption) : splat3(0.0f);
+    }
+    if ((layers & MATERIAL_IRIDESCENCE) != 0u) {
+        float share = read_texture(reader, SLOT_IRIDESCENCE_THICKNESS, ENCODING_LINEAR)[1];
+        point.surface.base.film_ior = material.of.record.iridescence_ior;
+        point.surface.base.film_thickness = film_thickness(material.of.record.iridescence_thickness_minimum,
+                                                           material.of.record.iridescence_thickness_maximum, share);
+        float film = read_factor(reader, SLOT_IRIDESCENCE, 0u, material.of.record.iridescence);
+        point.surface.base.film = point.surface.base.film_thickness > 0.0f ? film : 0.0f;
     }
 }
 

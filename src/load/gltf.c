@@ -9,13 +9,29 @@
 
 // FB_ngon_encoding says by the order of triangles which make polygons; they are drawn as they are.
 static const char *const EXTENSIONS[] = {
-    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",    "EXT_texture_webp",
-    "FB_ngon_encoding",           "KHR_lights_punctual",        "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",    "KHR_materials_displacement", "KHR_materials_emissive_strength",
-    "KHR_materials_ior",          "KHR_materials_sheen",        "KHR_materials_specular",
-    "KHR_materials_transmission", "KHR_materials_unlit",        "KHR_materials_variants",
-    "KHR_materials_volume",       "KHR_mesh_quantization",      "KHR_meshopt_compression",
-    "KHR_texture_transform",      "MSFT_texture_dds",
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "FB_ngon_encoding",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_displacement",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_texture_transform",
+    "MSFT_texture_dds",
 };
 
 static bool has_extension(const char *name)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What extensions add to a material: KHR_materials_ior, _specular, _clearcoat, _sheen, _anisotropy, _transmission, _volume and
-// _unlit.
+// What extensions add to a material: KHR_materials_ior, _specular, _clearcoat, _sheen, _anisotropy, _transmission, _volume,
+// _dispersion, _iridescence, _diffuse_transmission and _unlit.
 #include <float.h>
 
 #include "load/gltf.h"
@@ -68,6 +68,32 @@ static void read_transmission(clast_gltf *gltf, const clast_gltf_value *material
     desc->thickness = clast_gltf_number(gltf, &volume, "thicknessFactor", 0.0f, FLT_MAX, 0.0f);
     desc->attenuation_distance = clast_gltf_number(gltf, &volume, "attenuationDistance", 0.0f, FLT_MAX, 0.0f);
     read_factors(gltf, &volume, "attenuationColor", 1.0f, desc->attenuation_colour);
+    clast_gltf_value dispersion = clast_gltf_extension(gltf, material, &extensions, "KHR_materials_dispersion");
+    desc->dispersion = clast_gltf_number(gltf, &dispersion, "dispersion", 0.0f, FLT_MAX, 0.0f);
+}
+
+static void read_iridescence(clast_gltf *gltf, const clast_gltf_value *material, clast_material_desc *desc)
+{
+    clast_gltf_value extensions;
+    clast_gltf_value film = clast_gltf_extension(gltf, material, &extensions, "KHR_materials_iridescence");
+    desc->iridescence = clast_gltf_number(gltf, &film, "iridescenceFactor", 0.0f, 1.0f, 0.0f);
+    desc->iridescence_ior = clast_gltf_number(gltf, &film, "iridescenceIor", 1.0f, FLT_MAX, 1.3f);
+    desc->iridescence_thickness_minimum = clast_gltf_number(gltf, &film, "iridescenceThicknessMinimum", 0.0f, FLT_MAX,
+                                                            100.0f);
+    desc->iridescence_thickness_maximum = clast_gltf_number(gltf, &film, "iridescenceThicknessMaximum", 0.0f, FLT_MAX,
+                                                            400.0f);
+    clast_gltf_read_slot(gltf, &film, "iridescenceTexture", &desc->iridescence_texture);
+    clast_gltf_read_slot(gltf, &film, "iridescenceThicknessTexture", &desc->iridescence_thickness_texture);
+}
+
+static void read_diffuse_transmission(clast_gltf *gltf, const clast_gltf_value *material, clast_material_desc *desc)
+{
+    clast_gltf_value extensions;
+    clast_gltf_value passes = clast_gltf_extension(gltf, material, &extensions, "KHR_materials_diffuse_transmission");
+    desc->diffuse_transmission = clast_gltf_number(gltf, &passes, "diffuseTransmissionFactor", 0.0f, 1.0f, 0.0f);
+    read_factors(gltf, &passes, "diffuseTransmissionColorFactor", 1.0f, desc->diffuse_transmission_colour);
+    clast_gltf_read_slot(gltf, &passes, "diffuseTransmissionTexture", &desc->diffuse_transmission_texture);
+    clast_gltf_read_slot(gltf, &passes, "diffuseTransmissionColorTexture", &desc->diffuse_transmission_colour_texture);
 }
 
 void clast_gltf_read_layers(clast_gltf *gltf, const clast_gltf_value *material, clast_material_desc *desc)
@@ -78,5 +104,7 @@ void clast_gltf_read_layers(clast_gltf *gltf, const clast_gltf_value *material, 
     read_sheen(gltf, material, desc);
     read_anisotropy(gltf, material, desc);
     read_transmission(gltf, material, desc);
+    read_iridescence(gltf, material, desc);
+    read_diffuse_transmission(gltf, material, desc);
     desc->unlit = clast_gltf_extension(gltf, material, &extensions, "KHR_materials_unlit").json != NULL;
 }

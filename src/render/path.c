@@ -50,11 +50,19 @@ static clast_path_surface surface_of(const clast_shading_point *point)
     };
 }
 
-static interaction interact(const clast_render_target *target, const clast_path *path, const clast_shading_point *point)
+static interaction interact(const clast_render_target *target, clast_path *path, const clast_shading_point *point,
+                            uint32_t bounce)
 {
     interaction made = {.at = surface_of(point)};
     made.view = path_view(made.at, path->direction);
-    made.bsdf = clast_scatter_make(target->scatter, point->material, &point->surface, path->alpha_floor, made.view);
+    clast_bsdf_input surface = point->surface;
+    if (surface.dispersion > 0.0f) {
+        float choice = next_square(target, path->seed, bounce, PATH_USE_ROULETTE)[1];
+        clast_path_colour chosen = path_choose_colour(path->throughput, choice);
+        path->throughput = load3(chosen.throughput);
+        surface = surface_of_colour(surface, chosen.colour);
+    }
+    made.bsdf = clast_scatter_make(target->scatter, point->material, &surface, path->alpha_floor, made.view);
     return made;
 }
 
@@ -219,8 +227,8 @@ static bool scatter_path(tile_job *job, uint32_t from, uint32_t to, uint32_t bou
 {
     clast_render_target *target = job->target;
     clast_path *path = &job->scratch->paths[from];
-    interaction of = interact(target, path, point);
-    path->lit = lit_point(point->position, point->normal, of.bsdf.glass > 0.0f);
+    interaction of = interact(target, path, point, bounce);
+    path->lit = lit_point(point->position, point->normal, bsdf_passes(of.bsdf));
     path->shares = clast_lights_share(target->lights, path->lit, point->geometric_normal, point->normal);
     sample_lights(job, from, &of, bounce);
     if (!sample_direction(target, path, &of, point, bounce) || !survives(target, path, bounce)) {

@@ -32,14 +32,16 @@ static float unshadowed(vec2 alpha, vec3 view, vec3 light, bool sound)
     return sound ? (1.0f + masked) / (1.0f + masked + glass_smith(alpha, light)) : 0.0f;
 }
 
-static float glass_albedo(float roughness, float eta, vec3 view)
+// `bare`: facets reflect nothing but what they must.
+static float integrate_glass(float roughness, float eta, bool bare, vec3 view)
 {
     vec2 alpha = splat2(max1(roughness * roughness, ALPHA_LEAST));
     float sum = 0.0f;
     for (uint32_t i = 0; i < PER_AXIS * PER_AXIS; i++) {
         vec3 h = ggx_visible_normal(alpha, view, square_at(i));
         float cosine = dot3(view, h);
-        float reflects = fresnel_dielectric(cosine, eta);
+        float full = fresnel_dielectric(cosine, eta);
+        float reflects = bare && full < 1.0f ? 0.0f : full;
         vec3 mirrored = h * (2.0f * cosine) - view, passed = refract_view(view, h, eta);
         sum += reflects * unshadowed(alpha, view, mirrored, mirrored[2] > 1e-6f);
         sum += (1.0f - reflects) * unshadowed(alpha, view, passed, passed[2] < -1e-6f);
@@ -63,12 +65,13 @@ static void fill_glass(void *data, size_t begin, size_t end, uint32_t worker)
     (void)worker;
     clast_scatter_tables *tables = data;
     for (size_t i = begin; i < end; i++) { // a row of a table's side
-        clast_glass_table *table = &tables->glass[i / (2 * SIDE)];
-        uint32_t inside = (uint32_t)(i / SIDE % 2), row = (uint32_t)(i % SIDE);
-        float eta = inside != 0 ? 1.0f / table->ior : table->ior;
+        clast_glass_table *table = &tables->glass[i / (GLASS_TABLES * SIDE)];
+        uint32_t number = (uint32_t)(i / SIDE % GLASS_TABLES), row = (uint32_t)(i % SIDE);
+        float eta = number >= glass_table(1, 0) ? 1.0f / table->ior : table->ior;
+        bool bare = number % 2 != 0;
         for (uint32_t column = 0; column < SIDE; column++) {
             float roughness = (float)row / (SIDE - 1);
-            table->albedos[inside][row * SIDE + column] = glass_albedo(roughness, eta, view_at(column));
+            table->albedos[number][row * SIDE + column] = integrate_glass(roughness, eta, bare, view_at(column));
         }
     }
 }
@@ -82,6 +85,7 @@ static void fill_sheen(clast_scatter_tables *tables)
 
 // --------------------------------------------------------------------------------------------------------------- tables
 
+// Glass that disperses has a table for each colour, one after the other.
 static clast_status table_of(clast_context *context, clast_scatter_tables *tables, const clast_material *material,
                              uint32_t *number)
 {
@@ -89,15 +93,24 @@ static clast_status table_of(clast_context *context, clast_scatter_tables *table
     if ((material->layers & MATERIAL_TRANSMISSION) == 0 || !(material->thickness > 0.0f)) {
         return CLAST_OK;
     }
-    float ior = max1(material->ior, 1.0f);
-    for (*number = 0; *number < tables->glass_count; (*number)++) {
-        if (tables->glass[*number].ior == ior) {
+    uint32_t count = material->dispersion > 0.0f ? 3 : 1;
+    float iors[3] = {glass_ior(material->ior)};
+    for (uint32_t i = 0; i < count && count > 1; i++) {
+        iors[i] = glass_ior(dispersed_ior(material->ior, material->dispersion, i));
+    }
+    for (*number = 0; *number + count <= tables->glass_count; (*number)++) {
+        uint32_t same = 0;
+        while (same < count && tables->glass[*number + same].ior == iors[same]) {
+            same++;
+        }
+        if (same == count) {
             return CLAST_OK;
         }
     }
-    clast_status status = CLAST_RESERVE(context, tables->glass, tables->glass_capacity, tables->glass_count + 1);
-    if (status == CLAST_OK) {
-        tables->glass[tables->glass_count++].ior = ior;
+    clast_status status = CLAST_RESERVE(context, tables->glass, tables->glass_capacity, tables->glass_count + count);
+    *number = (uint32_t)tables->glass_count;
+    for (uint32_t i = 0; i < count && status == CLAST_OK; i++) {
+        tables->glass[tables->glass_count++].ior = iors[i];
     }
     return status;
 }
@@ -120,7 +133,7 @@ clast_status clast_scatter_create(const clast_scene *scene, clast_scatter_tables
         clast_scatter_destroy(context, tables);
         return status;
     }
-    clast_parallel_for(context, tables->glass_count * 2 * SIDE, 1, fill_glass, tables);
+    clast_parallel_for(context, tables->glass_count * GLASS_TABLES * SIDE, 1, fill_glass, tables);
     if (fuzzy) {
         fill_sheen(tables);
     }
@@ -147,13 +160,18 @@ static float look_up(const float table[CELLS], float roughness, float cosine)
 clast_bsdf clast_scatter_make(const clast_scatter_tables *tables, uint32_t material, const clast_bsdf_input *from,
                               float alpha_floor, vec3 view)
 {
-    float glass = 1.0f, sheen = 0.0f;
+    clast_glass_albedo glass = glass_albedo(1.0f, 1.0f);
+    float sheen = 0.0f;
     if (from->transmission > 0.0f) {
         float roughness = scatter_roughness(*from, alpha_floor);
         uint32_t number = tables->glass_of[material];
-        glass = from->thin != 0 || number == CLAST_NONE
-                    ? thin_glass_albedo(roughness, view[2])
-                    : look_up(tables->glass[number].albedos[from->inside], roughness, view[2]);
+        if (from->thin != 0 || number == CLAST_NONE) {
+            glass = thin_glass_albedo(roughness, view[2]);
+        } else {
+            const clast_glass_table *table = &tables->glass[number + from->colour];
+            glass = glass_albedo(look_up(table->albedos[glass_table(from->inside, 0)], roughness, view[2]),
+                                 look_up(table->albedos[glass_table(from->inside, 1)], roughness, view[2]));
+        }
     }
     if (largest3(load3(from->sheen)) > 0.0f) {
         sheen = look_up(tables->sheen, from->sheen_roughness, view[2]);

@@ -8,14 +8,14 @@
 
 typedef struct clast_glass_table {
     float ior;
-    float albedos[2][SCATTER_CELLS]; // seen from outside, from inside
+    float albedos[GLASS_TABLES][SCATTER_CELLS]; // by glass_table()
 } clast_glass_table;
 
 typedef struct clast_scatter_tables {
     float sheen[SCATTER_CELLS]; // zero where no material is fuzzy
     clast_glass_table *glass;
     size_t glass_count, glass_capacity;
-    uint32_t *glass_of; // by material; CLAST_NONE where it is no border of a volume
+    uint32_t *glass_of; // by material, the first of its tables; CLAST_NONE where it is no border of a volume
 } clast_scatter_tables;
 
 // For the materials that a scene has now.

@@ -153,9 +153,27 @@ static void shade_layers(const texture_reader *reader, const clast_material *mat
     }
     if ((material->layers & MATERIAL_TRANSMISSION) != 0) {
         surface->transmission = read_factor(reader, &material->transmission_texture, 0, material->transmission);
+        surface->dispersion = surface->transmission > 0.0f && material->thickness > 0.0f ? material->dispersion : 0.0f;
+    }
+    if ((material->layers & MATERIAL_DIFFUSE_TRANSMISSION) != 0) {
+        surface->through = read_factor(reader, &material->diffuse_transmission_texture, 3,
+                                       material->diffuse_transmission);
+        vec3 colour = load3(material->diffuse_transmission_colour) *
+                      read_colour(reader, &material->diffuse_transmission_colour_texture);
+        surface->through_colour = store3(clamp_unit3(colour));
+    }
+    if ((material->layers & (MATERIAL_TRANSMISSION | MATERIAL_DIFFUSE_TRANSMISSION)) != 0) {
         surface->thin = material->thickness > 0.0f ? 0 : 1;
         surface->inside = surface->thin == 0 && is_back ? 1 : 0;
         point->absorption = surface->thin == 0 ? load3(material->absorption) : splat3(0.0f);
+    }
+    if ((material->layers & MATERIAL_IRIDESCENCE) != 0) {
+        float share = read_texture(reader, &material->iridescence_thickness_texture, CLAST_ENCODING_LINEAR)[1];
+        surface->base.film_ior = material->iridescence_ior;
+        surface->base.film_thickness = film_thickness(material->iridescence_thickness_minimum,
+                                                      material->iridescence_thickness_maximum, share);
+        float film = read_factor(reader, &material->iridescence_texture, 0, material->iridescence);
+        surface->base.film = surface->base.film_thickness > 0.0f ? film : 0.0f;
     }
 }
 

@@ -217,6 +217,10 @@ clast_material_desc clast_material_defaults(void)
                                  .specular_colour = {1.0f, 1.0f, 1.0f},
                                  .clearcoat_normal_scale = 1.0f,
                                  .attenuation_colour = {1.0f, 1.0f, 1.0f},
+                                 .iridescence_ior = 1.3f,
+                                 .iridescence_thickness_minimum = 100.0f,
+                                 .iridescence_thickness_maximum = 400.0f,
+                                 .diffuse_transmission_colour = {1.0f, 1.0f, 1.0f},
 #define EMPTY(slot) .slot = empty_slot(),
                                  CLAST_MATERIAL_TEXTURE_LIST(EMPTY)
 #undef EMPTY
@@ -296,10 +300,24 @@ static const char *fault_of_layers(const clast_material_desc *m)
                : NULL;
 }
 
+// What is wrong with what colours light by its way through, or null.
+static const char *fault_of_passage(const clast_material_desc *m)
+{
+    return !at_least_zero(m->dispersion) ? "dispersion must be finite and not negative"
+           : !in_unit_range(m->iridescence) || !isfinite(m->iridescence_ior) || m->iridescence_ior < 1.0f
+               ? "iridescence must lie between 0 and 1, iridescence_ior be finite and at least 1"
+           : !at_least_zero(m->iridescence_thickness_minimum) || !at_least_zero(m->iridescence_thickness_maximum)
+               ? "iridescence_thickness_minimum and _maximum must be finite and not negative"
+           : !in_unit_range(m->diffuse_transmission) || !in_unit_range3(m->diffuse_transmission_colour)
+               ? "diffuse_transmission and diffuse_transmission_colour must lie between 0 and 1"
+               : NULL;
+}
+
 static clast_status check_material(const clast_scene *scene, const clast_material_desc *material)
 {
     const char *wrong = fault_of_base(material);
     wrong = wrong != NULL ? wrong : fault_of_layers(material);
+    wrong = wrong != NULL ? wrong : fault_of_passage(material);
 #define CHECK(slot) \
     wrong = slot_is_valid(scene, &material->slot) ? wrong \
                                                   : #slot " names a texture or coordinate set that is not there";
@@ -332,6 +350,8 @@ static uint32_t layers_of(const clast_material_desc *desc)
     return (plain ? 0 : MATERIAL_SPECULAR) | (desc->clearcoat > 0.0f ? MATERIAL_CLEARCOAT : 0) |
            (fuzzy ? MATERIAL_SHEEN : 0) | (desc->anisotropy > 0.0f ? MATERIAL_ANISOTROPY : 0) |
            (desc->transmission > 0.0f ? MATERIAL_TRANSMISSION : 0) |
+           (desc->iridescence > 0.0f ? MATERIAL_IRIDESCENCE : 0) |
+           (desc->diffuse_transmission > 0.0f ? MATERIAL_DIFFUSE_TRANSMISSION : 0) |
            (desc->specular_texture.texture != CLAST_NONE || desc->specular_colour_texture.texture != CLAST_NONE
                 ? MATERIAL_SPECULAR
                 : 0);
@@ -365,6 +385,13 @@ static clast_material material_record(const clast_material_desc *desc)
         .transmission = desc->transmission,
         .thickness = desc->thickness,
         .absorption = absorption_of(desc),
+        .dispersion = desc->dispersion,
+        .iridescence = desc->iridescence,
+        .iridescence_ior = desc->iridescence_ior,
+        .iridescence_thickness_minimum = desc->iridescence_thickness_minimum,
+        .iridescence_thickness_maximum = desc->iridescence_thickness_maximum,
+        .diffuse_transmission = desc->diffuse_transmission,
+        .diffuse_transmission_colour = packed(desc->diffuse_transmission_colour),
         .unlit = desc->unlit,
 #define USE(slot) .slot = texture_use(&desc->slot),
         CLAST_MATERIAL_TEXTURE_LIST(USE)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // How surfaces scatter light: glTF 2.0's metallic-roughness model (its appendix B), with the light that a rough surface
-// scatters more than once given back. Directions are in the surface's own frame, z along the normal, both on its side.
+// scatters more than once given back, and with a thin film where there is one. Directions are in the surface's own frame, z along the normal, both on its side.
 #ifndef CLAST_SHARED_BRDF_H
 #define CLAST_SHARED_BRDF_H
 
-#include "shared/sampling.h"
+#include "shared/thin_film.h"
 
 LIMIT(GGX_SIDE, 16u, "rows and columns of GGX_LOSS and GGX_RIM")
 LIMIT(GGX_CELLS, 256u, "values of each")
@@ -113,11 +113,13 @@ RECORD(clast_brdf)
     packed2 alpha;           // roughness squared, along x and y
     float layer;             // f0 and f90 of the layer over the diffuse part
     float layer_edge;
+    float layer_again;       // of what single scattering by the layer loses, the share that comes out of it in the end
+    float layer_passed;      // what it lets through, seen from the viewer
     float roughness;         // of a lobe as wide both ways
     float loss;              // of single scattering, seen from the viewer
     float specular_share;    // of the samples
 };
-RECORD_SIZE(clast_brdf, 76)
+RECORD_SIZE(clast_brdf, 84)
 
 // The scattered part of light from a direction, times the cosine, and the density with which brdf_direction finds it.
 RECORD(clast_brdf_answer)
@@ -127,7 +129,8 @@ RECORD(clast_brdf_answer)
 };
 RECORD_SIZE(clast_brdf_answer, 16)
 
-// What a surface is made of: glTF 2.0's metallic-roughness model with KHR_materials_ior, _specular and _anisotropy.
+// What a surface is made of: glTF 2.0's metallic-roughness model with KHR_materials_ior, _specular, _anisotropy and
+// _iridescence.
 RECORD(clast_brdf_input)
 {
     packed3 base_colour;
@@ -137,8 +140,11 @@ RECORD(clast_brdf_input)
     float specular;
     packed3 specular_colour;
     float anisotropy;        // 0 to 1: how much wider highlights are along x
+    float film;              // 0 to 1: how much of it has a thin film
+    float film_ior;
+    float film_thickness;    // nanometres
 };
-RECORD_SIZE(clast_brdf_input, 44)
+RECORD_SIZE(clast_brdf_input, 56)
 
 FN clast_brdf_input brdf_input(vec3 base_colour, float metallic, float roughness)
 {
@@ -150,6 +156,9 @@ FN clast_brdf_input brdf_input(vec3 base_colour, float metallic, float roughness
     made.specular = 1.0f;
     made.specular_colour = store3(splat3(1.0f));
     made.anisotropy = 0.0f;
+    made.film = 0.0f;
+    made.film_ior = 1.3f;
+    made.film_thickness = 0.0f;
     return made;
 }
 
@@ -205,42 +214,97 @@ FN float reflectance_of_ior(float ior)
 }
 
 // Of light that single scattering loses, the share that comes out in the end.
-FN vec3 again_and_again(vec3 f0, float f90, float mean_loss)
+FN vec3 again_and_again(vec3 f0, vec3 f90, float mean_loss)
 {
-    vec3 again = f0 * 0.952380952f + splat3(f90 * 0.0476190476f); // mean reflectance
+    vec3 again = f0 * 0.952380952f + f90 * 0.0476190476f; // mean reflectance
     vec3 rest = splat3(1.0f) - again * mean_loss;
     vec3 gain = again * again * (1.0f - mean_loss);
     return vec3(rough_divide(gain[0], rest[0]), rough_divide(gain[1], rest[1]), rough_divide(gain[2], rest[2]));
 }
 
-// A surface seen under a cosine. `alpha_floor` widens the lobe: a path's later surfaces need not be sharper than its
-// first.
-FN clast_brdf brdf_make(clast_brdf_input from, float alpha_floor, float cosine)
+// A lobe as wide both ways that loses as much, to half a percent: the power of the mean was found by trying.
+FN float lobe_roughness(vec2 alpha)
 {
-    clast_brdf brdf;
-    vec3 base_colour = load3(from.base_colour);
-    float metallic = from.metallic;
-    vec3 dielectric = min3(load3(from.specular_colour) * reflectance_of_ior(from.ior), splat3(1.0f)) * from.specular;
-    vec3 f0 = mix3(dielectric, base_colour, metallic);
-    vec3 f90 = splat3(mix1(from.specular, 1.0f, metallic));
-    vec3 diffuse = base_colour * (1.0f - metallic);
+    float mean_power = 0.5f * (rough_pow(alpha[0], 1.75f) + rough_pow(alpha[1], 1.75f));
+    return alpha[0] != alpha[1] ? rough_pow(mean_power, 0.285714286f) : rough_sqrt(alpha[0]);
+}
+
+// How wide a surface's lobes are, along x and y. `alpha_floor` widens them: a path's later surfaces need not be sharper than
+// its first.
+FN vec2 lobe_alpha(clast_brdf_input from, float alpha_floor)
+{
     float least = max1(ALPHA_LEAST, alpha_floor);
     float across = from.roughness * from.roughness;
     float along = mix1(across, 1.0f, from.anisotropy * from.anisotropy); // KHR_materials_anisotropy
-    brdf.alpha = store2(vec2(max1(along, least), max1(across, least)));
-    vec2 alpha = load2(brdf.alpha);
-    // A lobe of this width both ways loses as much, to half a percent: the power of the mean was found by trying.
-    float mean_power = 0.5f * (rough_pow(alpha[0], 1.75f) + rough_pow(alpha[1], 1.75f));
-    brdf.roughness = from.anisotropy > 0.0f ? rough_pow(mean_power, 0.285714286f) : rough_sqrt(alpha[0]);
+    return vec2(max1(along, least), max1(across, least));
+}
+
+// Reflectance head on of what is not metal.
+FN vec3 dielectric_reflectance(clast_brdf_input from)
+{
+    return min3(load3(from.specular_colour) * reflectance_of_ior(from.ior), splat3(1.0f)) * from.specular;
+}
+
+// Reflectances head on and at grazing angles, both of what is not metal and of metal.
+RECORD(clast_reflectances)
+{
+    packed3 dielectric;
+    packed3 dielectric_edge;
+    packed3 metal;
+    packed3 metal_edge;
+};
+RECORD_SIZE(clast_reflectances, 48)
+
+// Where there is a film, it decides, for the whole lobe by the angle of the view, as glTF has it.
+FN clast_reflectances surface_reflectances(clast_brdf_input from, float cosine)
+{
+    vec3 dielectric = dielectric_reflectance(from);
+    vec3 dielectric_edge = splat3(from.specular);
+    vec3 metal = load3(from.base_colour);
+    vec3 metal_edge = splat3(1.0f);
+    if (from.film > 0.0f) {
+        vec3 on_dielectric = thin_film_reflectance(from.film_ior, from.film_thickness, cosine, dielectric);
+        vec3 on_metal = thin_film_reflectance(from.film_ior, from.film_thickness, cosine, metal);
+        dielectric = mix3(dielectric, on_dielectric, from.film);
+        dielectric_edge = mix3(dielectric_edge, on_dielectric, from.film);
+        metal = mix3(metal, on_metal, from.film);
+        metal_edge = mix3(metal_edge, on_metal, from.film);
+    }
+    clast_reflectances made;
+    made.dielectric = store3(dielectric);
+    made.dielectric_edge = store3(dielectric_edge);
+    made.metal = store3(metal);
+    made.metal_edge = store3(metal_edge);
+    return made;
+}
+
+// What the layer over the diffuse part lets through, with all that it scatters.
+FN float passed_layer(clast_brdf brdf, vec2 albedo)
+{
+    return passed_below(brdf.layer, brdf.layer_edge, albedo) - brdf.layer_again * albedo[0];
+}
+
+// A surface seen under a cosine.
+FN clast_brdf brdf_make(clast_brdf_input from, float alpha_floor, float cosine)
+{
+    clast_brdf brdf;
+    float metallic = from.metallic;
+    clast_reflectances reflects = surface_reflectances(from, cosine);
+    vec3 dielectric = load3(reflects.dielectric);
+    vec3 f0 = mix3(dielectric, load3(reflects.metal), metallic);
+    vec3 f90 = mix3(load3(reflects.dielectric_edge), load3(reflects.metal_edge), metallic);
+    vec3 diffuse = load3(from.base_colour) * (1.0f - metallic);
+    brdf.alpha = store2(lobe_alpha(from, alpha_floor));
+    brdf.roughness = lobe_roughness(load2(brdf.alpha));
     vec2 seen = ggx_albedo(brdf.roughness, cosine);
     vec2 mean = ggx_mean_albedo(brdf.roughness);
     brdf.loss = seen[0];
     // Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017: what is scattered again leaves
     // diffusely, and meets the mean Fresnel reflectance at each bounce.
     float scale = mean[0] > 1e-4f ? rough_divide(1.0f, mean[0]) : 0.0f;
-    vec3 gain = mix3(again_and_again(dielectric, from.specular, mean[0]), again_and_again(base_colour, 1.0f, mean[0]),
-                     metallic);
-    brdf.multiple = store3(gain * scale);
+    vec3 again = again_and_again(dielectric, load3(reflects.dielectric_edge), mean[0]);
+    vec3 metal_again = again_and_again(load3(reflects.metal), load3(reflects.metal_edge), mean[0]);
+    brdf.multiple = store3(mix3(again, metal_again, metallic) * scale);
     brdf.specular = store3(f0);
     brdf.edge = store3(f90);
     // glTF weighs the diffuse part by 1 - F of the half vector, which gives more than all light back at grazing angles.
@@ -248,10 +312,12 @@ FN clast_brdf brdf_make(clast_brdf_input from, float alpha_floor, float cosine)
     // does not reflect. The layer over the diffuse part is the dielectric's, also where metal is mixed in: glTF mixes
     // whole surfaces. Of a coloured one, the brightest colour counts for all, as KHR_materials_specular has it.
     brdf.layer = largest3(dielectric);
-    brdf.layer_edge = from.specular;
-    float passed = passed_below(brdf.layer, brdf.layer_edge, seen);
-    brdf.diffuse = store3(diffuse * rough_divide(passed, max1(passed_below(brdf.layer, brdf.layer_edge, mean), 1e-6f)));
-    float specular = f90[0] * seen[1] + luminance(f0) * max1(1.0f - seen[0] - seen[1], 0.0f);
+    brdf.layer_edge = largest3(load3(reflects.dielectric_edge));
+    brdf.layer_again = largest3(again);
+    float passed = max1(passed_layer(brdf, seen), 0.0f);
+    brdf.layer_passed = passed;
+    brdf.diffuse = store3(diffuse * rough_divide(passed, max1(passed_layer(brdf, mean), 1e-6f)));
+    float specular = luminance(f90) * seen[1] + luminance(f0) * max1(1.0f - seen[0] - seen[1], 0.0f);
     float other = luminance(diffuse) * passed + luminance(load3(brdf.multiple)) * mean[0] * brdf.loss;
     float likely = rough_divide(specular, max1(specular + other, 1e-6f));
     brdf.specular_share = other > 1e-4f ? clamp1(likely, 0.1f, 0.95f) : 1.0f;
@@ -293,7 +359,7 @@ FN clast_brdf_answer brdf_evaluate(clast_brdf brdf, vec3 view, vec3 light)
         // Height-correlated Smith (Heitz, Understanding the Masking-Shadowing Function, JCGT 3(2), 2014) over 4 NV NL.
         float visibility = rough_divide(0.5f, max1(light[2] * view_root + view[2] * light_root, 1e-20f));
         vec2 lit = ggx_albedo(brdf.roughness, light[2]);
-        vec3 diffuse = load3(brdf.diffuse) * passed_below(brdf.layer, brdf.layer_edge, lit);
+        vec3 diffuse = load3(brdf.diffuse) * max1(passed_layer(brdf, lit), 0.0f);
         diffuse = diffuse + load3(brdf.multiple) * (brdf.loss * lit[0]);
         vec3 sum = diffuse * INVERSE_PI + fresnel * (distribution * visibility);
         answer.value = store3(sum * light[2]);

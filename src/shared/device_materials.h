@@ -81,10 +81,14 @@ FN vec2 device_coordinates(clast_device_texture_use use, vec2 coordinates)
     X(SLOT_SHEEN_COLOUR, 9u, sheen_colour_texture, ENCODING_SRGB) \
     X(SLOT_SHEEN_ROUGHNESS, 10u, sheen_roughness_texture, ENCODING_LINEAR) \
     X(SLOT_ANISOTROPY, 11u, anisotropy_texture, ENCODING_LINEAR) \
-    X(SLOT_TRANSMISSION, 12u, transmission_texture, ENCODING_LINEAR)
+    X(SLOT_TRANSMISSION, 12u, transmission_texture, ENCODING_LINEAR) \
+    X(SLOT_IRIDESCENCE, 13u, iridescence_texture, ENCODING_LINEAR) \
+    X(SLOT_IRIDESCENCE_THICKNESS, 14u, iridescence_thickness_texture, ENCODING_LINEAR) \
+    X(SLOT_DIFFUSE_TRANSMISSION, 15u, diffuse_transmission_texture, ENCODING_LINEAR) \
+    X(SLOT_DIFFUSE_TRANSMISSION_COLOUR, 16u, diffuse_transmission_colour_texture, ENCODING_SRGB)
 #define SLOT_ENTRY(name, number, member, encoding) LIMIT(name, number, "a texture of a material")
 CLAST_TEXTURE_SLOT_LIST(SLOT_ENTRY)
-LIMIT(TEXTURE_SLOTS, 13u, "of a material")
+LIMIT(TEXTURE_SLOTS, 17u, "of a material")
 
 // What a slot's values mean in a material. Colours that cut a surface out, or blend it, count as far as they are there.
 FN uint slot_encoding(uint slot, uint encoding, uint alpha_mode)
@@ -96,9 +100,9 @@ RECORD(clast_device_material)
 {
     clast_material record;
     clast_device_texture_use uses[TEXTURE_SLOTS]; // in place of the record's own
-    uint glass; // number of its table, CLAST_NONE where it is no border of a volume
+    uint glass; // number of its first table, CLAST_NONE where it is no border of a volume
 };
-RECORD_SIZE(clast_device_material, 572 + 13 * 56 + 4)
+RECORD_SIZE(clast_device_material, 720 + 17 * 56 + 4)
 
 RECORD(clast_device_materials)
 {
@@ -107,7 +111,7 @@ RECORD(clast_device_materials)
     packed_address linear16;  // and its 65536 values; 0 where no picture has 16 bits
     packed_address ggx;       // GGX_TABLES floats: the tables of shared/brdf.h
     packed_address sheen;     // SCATTER_CELLS floats: what fuzz gives back
-    packed_address glass;     // likewise, of each table: from outside, from inside
+    packed_address glass;     // likewise, GLASS_TABLES for each index of refraction
     packed_address blocks;    // packed_address of each compressed picture's blocks, row by row from the top
     uint material_count;
 };

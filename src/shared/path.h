@@ -15,7 +15,7 @@ LIMIT(PATH_USE_LIGHT, 1u, "where on a light")
 LIMIT(PATH_USE_SUN, 2u, "where on the sun")
 LIMIT(PATH_USE_CHOICE, 3u, "which light, which lobe")
 LIMIT(PATH_USE_DIRECTION, 4u, "where to")
-LIMIT(PATH_USE_ROULETTE, 5u, "whether to go on")
+LIMIT(PATH_USE_ROULETTE, 5u, "whether to go on, and in which colour")
 LIMIT(PATH_USE_LENS, 6u, "where through the lens")
 LIMIT(PATH_USES, 7u, "how many there are")
 
@@ -83,7 +83,7 @@ FN clast_brdf_answer path_scatter(clast_path_surface at, clast_bsdf bsdf, vec3 v
     vec3 local = to_basis(at.frame, light);
     float geometric = dot3(load3(at.geometric_normal), light);
     bool above = geometric > 0.0f && local[2] > 0.0f;
-    bool below = geometric < 0.0f && local[2] < 0.0f && bsdf.glass > 0.0f;
+    bool below = geometric < 0.0f && local[2] < 0.0f && bsdf_passes(bsdf);
     clast_brdf_answer answer;
     answer.value = store3(splat3(0.0f));
     answer.density = 0.0f;
@@ -94,6 +94,35 @@ FN clast_brdf_answer path_scatter(clast_path_surface at, clast_bsdf bsdf, vec3 v
         answer.value = store3(load3(answer.value) * fade);
     }
     return answer;
+}
+
+// Where glass parts colours, a path goes on with one of them, chosen by how much it carries of each.
+RECORD(clast_path_colour)
+{
+    packed3 throughput;
+    uint colour; // 0 red, 1 green, 2 blue
+};
+RECORD_SIZE(clast_path_colour, 16)
+
+FN clast_path_colour path_choose_colour(vec3 throughput, float choice)
+{
+    precise float sum = throughput[0] + throughput[1] + throughput[2];
+    precise float at = choice * sum;
+    precise bool is_red = at < throughput[0];
+    precise bool is_green = !is_red && (at < throughput[0] + throughput[1] || !(throughput[2] > 0.0f));
+    clast_path_colour made;
+    made.colour = is_red ? 0u : is_green ? 1u : 2u;
+    made.throughput = store3(vec3(is_red ? sum : 0.0f, is_green ? sum : 0.0f, is_red || is_green ? 0.0f : sum));
+    return made;
+}
+
+// The same surface for light of one colour.
+FN clast_bsdf_input surface_of_colour(clast_bsdf_input from, uint colour)
+{
+    clast_bsdf_input made = from;
+    made.colour = colour;
+    made.base.ior = dispersed_ior(from.base.ior, from.dispersion, colour);
+    return made;
 }
 
 // What a shadow ray brings where nothing is in between, and the ray: t = 1 is its end, but for lights that are far away.

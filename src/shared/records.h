@@ -92,6 +92,8 @@ LIMIT(MATERIAL_CLEARCOAT, 2u, "a clear coat")
 LIMIT(MATERIAL_SHEEN, 4u, "fuzz")
 LIMIT(MATERIAL_ANISOTROPY, 8u, "stretched highlights")
 LIMIT(MATERIAL_TRANSMISSION, 16u, "what is not metal is clear")
+LIMIT(MATERIAL_IRIDESCENCE, 32u, "a thin film")
+LIMIT(MATERIAL_DIFFUSE_TRANSMISSION, 64u, "diffuse light passes")
 
 // glTF 2.0 metallic-roughness, and its extensions.
 RECORD(clast_material)
@@ -127,6 +129,13 @@ RECORD(clast_material)
     float transmission;
     float thickness;
     packed3 absorption;       // of a volume, for a length of one
+    float dispersion;
+    float iridescence;
+    float iridescence_ior;
+    float iridescence_thickness_minimum; // nanometres, where the texture is 0; without a texture, the maximum counts
+    float iridescence_thickness_maximum;
+    float diffuse_transmission;
+    packed3 diffuse_transmission_colour;
     uint unlit;
     clast_texture_use specular_texture;        // alpha
     clast_texture_use specular_colour_texture;
@@ -137,8 +146,12 @@ RECORD(clast_material)
     clast_texture_use sheen_roughness_texture; // alpha
     clast_texture_use anisotropy_texture;      // red and green a direction, blue a factor
     clast_texture_use transmission_texture;    // red
+    clast_texture_use iridescence_texture;     // red
+    clast_texture_use iridescence_thickness_texture; // green
+    clast_texture_use diffuse_transmission_texture;  // alpha
+    clast_texture_use diffuse_transmission_colour_texture;
 };
-RECORD_SIZE(clast_material, 56 + 6 * 28 + 8 + 88 + 9 * 28)
+RECORD_SIZE(clast_material, 56 + 6 * 28 + 8 + 124 + 13 * 28)
 
 RECORD(clast_light)
 {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of how much light glass and fuzz give back: how they are read. render/scatter.c makes them.
+// Tables of how much light glass and fuzz give back: how they are read. render/scatter.c makes them. Of glass there are four:
+// seen from outside and from inside; each of what it reflects by Fresnel's equations and passes, and of what it passes where
+// facets reflect nothing but what they must.
 #ifndef CLAST_SHARED_SCATTER_H
 #define CLAST_SHARED_SCATTER_H
 
@@ -7,6 +9,9 @@
 
 LIMIT(SCATTER_SIDE, 16u, "rows by roughness, columns by the square root of the cosine: as GGX_LOSS")
 LIMIT(SCATTER_CELLS, 256u, "floats of a table")
+
+LIMIT(GLASS_TABLES, 4u, "of an index of refraction")
+FN uint glass_table(uint inside, uint bare) { return 2u * inside + bare; }
 
 // A value of a table, the next of its row, those of the next row, and where between them.
 RECORD(clast_scatter_place)
@@ -38,10 +43,14 @@ FN float scatter_blend(clast_scatter_place place, float first, float second, flo
 // The roughness of glass, which a path may widen.
 FN float scatter_roughness(clast_bsdf_input from, float alpha_floor)
 {
-    return rough_sqrt(max1(from.base.roughness * from.base.roughness, alpha_floor));
+    return lobe_roughness(lobe_alpha(from.base, alpha_floor));
 }
 
 // What glass that is the border of no volume gives back.
-FN float thin_glass_albedo(float roughness, float cosine) { return 1.0f - ggx_albedo(roughness, cosine)[0]; }
+FN clast_glass_albedo thin_glass_albedo(float roughness, float cosine)
+{
+    float back = 1.0f - ggx_albedo(roughness, cosine)[0];
+    return glass_albedo(back, back);
+}
 
 #endif

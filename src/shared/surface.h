@@ -183,6 +183,9 @@ FN clast_basis stretch_basis(vec3 direction, vec3 normal)
 FN float texture_factor(float factor, float texel) { return clamp1(factor * texel, 0.0f, 1.0f); }
 FN vec3 texture_colour(vec4 texel) { return max3(vec3(texel[0], texel[1], texel[2]), splat3(0.0f)); }
 
+// KHR_materials_iridescence: where there is no texture, its value is one.
+FN float film_thickness(float least, float most, float texel) { return max1(mix1(least, most, texel), 0.0f); }
+
 // glTF 2.0's metallic-roughness model: roughness is the texel's green, metallic its blue. `colour` is the vertices'.
 FN clast_bsdf_input surface_base(vec4 base_colour, vec4 colour, vec4 colour_texel, float metallic, float roughness,
                                  vec4 rough_texel)

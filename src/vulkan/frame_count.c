@@ -52,8 +52,7 @@ clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit
 void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, clast_shader shader,
                             const clast_span_range *range, bool keep)
 {
-    clast_vulkan_call_spans(device, commands, range, keep,
-                            (clast_gpu_call){.shader = shader, .groups = range->groups});
+    clast_vulkan_call_spans(device, commands, range, keep, (clast_gpu_call){.shader = shader, .groups = range->groups});
 }
 
 void clast_vulkan_call_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, const clast_span_range *range,

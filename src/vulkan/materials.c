@@ -6,9 +6,9 @@
 #include "render/texture.h"
 
 enum {
-    LINEAR8 = 256,             // values of the table of 8-bit colours
-    LINEAR16 = 65536,          // and of that of 16-bit colours
-    GLASS = 2 * SCATTER_CELLS, // and of a table of glass
+    LINEAR8 = 256,                        // values of the table of 8-bit colours
+    LINEAR16 = 65536,                     // and of that of 16-bit colours
+    GLASS = GLASS_TABLES * SCATTER_CELLS, // and of glass of an index of refraction
 };
 
 // ----------------------------------------------------------------------------------------------------------- materials

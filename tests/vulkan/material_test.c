@@ -439,6 +439,7 @@ static clast_scene *glassy_scene(void)
     for (uint32_t i = 0; i < 3; i++) {
         clast_material_desc desc = clast_material_defaults();
         desc.ior = iors[i];
+        desc.dispersion = i == 1 ? 4.0f : 0.0f;
         desc.transmission = 1.0f;
         desc.thickness = 1.0f;
         desc.sheen_colour[0] = desc.sheen_colour[1] = 0.5f;
@@ -473,8 +474,18 @@ static scatter_question some_question(uint32_t i)
         surface.sheen = store3(vec3(draw(), draw(), draw()));
         surface.sheen_roughness = draw_between(0.1f, 1.0f);
     }
+    if (i % 9 < 3) {
+        surface.base.film = draw();
+        surface.base.film_ior = draw_between(1.0f, 2.0f);
+        surface.base.film_thickness = draw_between(0.0f, 1000.0f);
+    }
+    if (i % 10 < 3) {
+        surface.through = draw();
+        surface.through_colour = store3(vec3(draw(), draw(), draw()));
+    }
     scatter_question question = {.material = i % 4, .surface = surface, .view = some_direction(0.05f)};
     question.surface.base.ior = question.material == 0 ? 1.5f : question.material == 1 ? 1.5f : 1.33f;
+    question.surface.colour = question.material == 2 ? i % 3 : 0;
     question.alpha_floor = i % 13 == 0 ? 0.25f : 0.0f;
     question.light = some_direction(0.02f);
     question.light.v[2] *= i % 3 == 1 ? -1.0f : 1.0f;

@@ -187,6 +187,11 @@ static void add_balls(picture *p)
     metal.metallic = 1.0f;
     metal.roughness = 0.3f;
     metal.anisotropy = 0.7f;
+    metal.iridescence = 1.0f;
+    metal.iridescence_thickness_maximum = 500.0f;
+    fuzz.diffuse_transmission = 0.5f;
+    fuzz.diffuse_transmission_colour[0] = 0.4f;
+    glass.dispersion = 2.0f;
     picture_add_sphere(p, vec3(-1.1f, -0.2f, 0.4f), 0.7f, 24, add_material(p, &glass));
     picture_add_sphere(p, vec3(0.8f, -0.4f, 0.6f), 0.6f, 24, add_material(p, &coat));
     picture_add_sphere(p, vec3(0.9f, 1.3f, -0.8f), 0.6f, 24, add_material(p, &fuzz));

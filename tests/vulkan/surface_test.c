@@ -91,6 +91,14 @@ static clast_material_desc layered_material(uint32_t textures[4])
     desc.anisotropy = 0.8f;
     desc.anisotropy_rotation = 0.4f;
     desc.anisotropy_texture = slot_of(textures[3], 0);
+    desc.iridescence = 0.8f;
+    desc.iridescence_ior = 1.6f;
+    desc.iridescence_texture = slot_of(textures[2], 1);
+    desc.iridescence_thickness_texture = slot_of(textures[1], 3);
+    desc.diffuse_transmission = 0.7f;
+    desc.diffuse_transmission_colour[1] = 0.6f;
+    desc.diffuse_transmission_texture = slot_of(textures[0], 2);
+    desc.diffuse_transmission_colour_texture = slot_of(textures[3], 4);
     return desc;
 }
 
@@ -128,6 +136,7 @@ static uint32_t add_materials(clast_scene *scene)
     desc.transmission_texture = slot_of(textures[0], 1);
     desc.thickness = 1.0f;
     desc.attenuation_distance = 2.0f;
+    desc.dispersion = 0.3f;
     desc.attenuation_colour[1] = 0.5f;
     add_material(scene, &desc);
     return first;
@@ -405,7 +414,8 @@ static void assert_same_surface(uint32_t i, const surface_answer *got, surface_a
     assert_alike("base", i, &got->surface.base, &wanted->surface.base, sizeof got->surface.base / 4, tolerance);
     assert_alike("clearcoat", i, &got->surface.clearcoat, &wanted->surface.clearcoat, 2, tolerance);
     assert_alike("sheen", i, &got->surface.sheen, &wanted->surface.sheen, 4, tolerance);
-    assert_alike("transmission", i, &got->surface.transmission, &wanted->surface.transmission, 1, tolerance);
+    assert_alike("transmission", i, &got->surface.transmission, &wanted->surface.transmission, 2, tolerance);
+    assert_alike("diffuse transmission", i, &got->surface.through, &wanted->surface.through, 4, tolerance);
 }
 
 static void surfaces_and_decisions_are_those_of_the_processor(void **state)
