@@ -23,14 +23,15 @@
 #endif
 
 // Trees have at most 24 levels each (TREE_LEVELS of shared/tree.h), a cluster has two.
-const uint TRACE_STACK = 57u;
+const uint TRACE_STACK = 58u;
 // The stack's first places keep what is seldom needed, out of the registers.
 const uint COLD_BEST = 0u;      // cluster, triangle
 const uint COLD_PLACEMENT = 1u; // of the best, CLAST_NONE where there is none; and the one that the ray is in
 const uint COLD_ALONG = 2u;     // the shear's `along` and `along_rest`
 const uint COLD_SCALE = 3u;     // the space's `scale`
 const uint COLD_SCENE = 4u;     // its address
-const uint STACK_BEGIN = 5u;
+const uint COLD_CLUSTERS = 5u; // where those of the placement begin to be counted
+const uint STACK_BEGIN = 6u;
 const uint IN_PLACEMENT = 64u; // a bit of space.octant
 
 // A group of children: `at` is a node's number or a cluster's place. The bits of `rest`:
@@ -61,7 +62,7 @@ struct trace_state
 {
     ray_space space;
     ray_shear shear;
-    uint64_t nodes, clusters; // of the tree that the ray is in
+    uint64_t nodes; // of the tree that the ray is in
     bool any;
     bool more;                // there may be more to find
     float t;                  // of the best hit, or the ray's end
@@ -72,7 +73,6 @@ struct trace_state
     uint next_at;
     uint leaves;              // the group of leaves that is left
     uint leaves_at;           // the place of its cluster
-    uint64_t vertices, pairs; // and what it has
     uint steps;
 };
 
@@ -178,6 +178,12 @@ uint64_t placement_address(uint number)
     return load_address(scene_reference(load_address(trace_stack[COLD_SCENE])).of.placements) + 144ul * number;
 }
 
+// Where a cluster of the placement is that the ray is in.
+uint64_t cluster_address(uint place)
+{
+    return load_address(trace_stack[COLD_CLUSTERS]) + uint64_t(CLUSTER_UNIT) * place;
+}
+
 // Goes into a placement's tree, at its root. False where nothing can be hit there.
 bool enter(uint number)
 {
@@ -190,7 +196,7 @@ bool enter(uint number)
     placements from = placements(address);
     trace_stack[COLD_PLACEMENT].y = number;
     trace.nodes = load_address(from.at[0].nodes);
-    trace.clusters = load_address(from.at[0].clusters);
+    trace_stack[COLD_CLUSTERS] = from.at[0].clusters;
     trace.space = make_space(object.origin, object.tamed, object.reach, object.reach * PAD_OBJECT, ray.t_min);
     trace.space.octant |= IN_PLACEMENT;
     trace.shear = make_shear(object.origin, object.tamed, object.reach);
@@ -336,9 +342,9 @@ void consider(uint triangle, vec3 edges, vec3 depths)
 
 // A vertex as watertight_vertex gives it: (v - origin) * scale is v * scale - origin * scale, rounded once, whether fused or
 // not, as multiplying by the scale is exact.
-precise vec3 shear_vertex(uint number, uvec3 axes, vec3 moved)
+precise vec3 shear_vertex(uint64_t vertices, uint number, uvec3 axes, vec3 moved)
 {
-    floats from = floats(trace.vertices + 12ul * number);
+    floats from = floats(vertices + 12ul * number);
     float scale = trace.shear.ray.scale;
     float z = fma(from.at[axes.z], scale, -moved.z);
     float x = fma(from.at[axes.x], scale, -moved.x);
@@ -365,11 +371,11 @@ uint passes(vec3 edges)
 }
 
 // Whether all corners of a triangle are numbers that boxes can hold.
-bool is_sound_triangle(uint triangle)
+bool is_sound_triangle(uint64_t vertices, uint triangle)
 {
     bool sound = true;
     for (uint k = 0u; k < 3u; k++) {
-        sound = sound && is_sound3(load3(positions3(trace.vertices).at[pair_corner(triangle, k)]));
+        sound = sound && is_sound3(load3(positions3(vertices).at[pair_corner(triangle, k)]));
     }
     return sound;
 }
@@ -383,39 +389,40 @@ void step_pair()
     uint second = (trace.leaves & LEAVES_SECOND) != 0u ? 1u : 0u;
     uint number = min((leaf << shift) + second, cluster_pairs(counts) - 1u);
     trace.leaves = shift > second ? trace.leaves | LEAVES_SECOND : trace.leaves & ~(LEAVES_SECOND | 1u << bit);
-    clast_pair pair = trace_pairs(trace.pairs).at[number];
+    uvec4 addresses = uint4s(cluster_address(trace.leaves_at)).at[1];
+    uint64_t vertices = load_address(addresses.xy);
+    clast_pair pair = trace_pairs(load_address(addresses.zw)).at[number];
     uint axis = trace.shear.ray.axis;
     uvec3 axes = axis == 0u ? uvec3(1u, 2u, 0u) : axis == 1u ? uvec3(2u, 0u, 1u) : uvec3(0u, 1u, 2u);
     vec3 o = trace.space.origin * trace.shear.ray.scale;
     vec3 moved = axis == 0u ? o.yzx : axis == 1u ? o.zxy : o;
-    bool unsound = (counts & CLUSTER_UNSOUND) != 0u;
-    vec3 a = shear_vertex(pair_corner(pair.first, 0u), axes, moved);
-    vec3 b = shear_vertex(pair_corner(pair.first, 1u), axes, moved);
-    vec3 c = shear_vertex(pair_corner(pair.first, 2u), axes, moved);
-    vec3 d = shear_vertex(pair_corner(pair.second, 2u), axes, moved);
-    vec3 p = a, q = c;
-    if (!pair_is_fan(pair)) {
-        p = shear_vertex(pair_corner(pair.second, 0u), axes, moved);
-        q = shear_vertex(pair_corner(pair.second, 1u), axes, moved);
-    }
-    bool fan = pair_is_fan(pair);
-    uint first_passes = unsound ? 2u : passes(rough_edges(a, b, c));
-    uint second_passes = pair_is_lone(pair) ? 0u : unsound ? 2u : passes(rough_edges(p, q, d));
-    [[dont_unroll]] for (uint i = first_passes != 0u ? 0u : 1u; i < (second_passes != 0u ? 2u : 1u) && trace.more; i++) {
+    bool unsound = (counts & CLUSTER_UNSOUND) != 0u, fan = pair_is_fan(pair);
+    vec3 a = shear_vertex(vertices, pair_corner(pair.first, 0u), axes, moved);
+    vec3 b = shear_vertex(vertices, pair_corner(pair.first, 1u), axes, moved);
+    vec3 c = shear_vertex(vertices, pair_corner(pair.first, 2u), axes, moved);
+    vec3 d = shear_vertex(vertices, pair_corner(pair.second, 2u), axes, moved);
+    [[dont_unroll]] for (uint i = 0u; i < (pair_is_lone(pair) ? 1u : 2u) && trace.more; i++) {
         if (i == 1u) {
-            a = p;
-            b = q;
+            b = c;
             c = d;
+            if (!fan) {
+                a = shear_vertex(vertices, pair_corner(pair.second, 0u), axes, moved);
+                b = shear_vertex(vertices, pair_corner(pair.second, 1u), axes, moved);
+            }
         }
-        uint turn = !fan ? 0u : i == 1u ? pair_second_turn(pair) : pair_first_turn(pair);
         vec3 edges = rough_edges(a, b, c), depths = vec3(a.z, b.z, c.z);
-        if ((i == 0u ? first_passes : second_passes) == 2u) {
+        uint passed = unsound ? 2u : passes(edges);
+        if (passed == 0u) {
+            continue;
+        }
+        if (passed == 2u) {
             clast_watertight_edges exact = watertight_edges(a, b, c);
             edges = vec3(exact.a, exact.b, exact.c);
-            if (!watertight_passes(exact) || (unsound && !is_sound_triangle(triangle_of(pair, i)))) {
+            if (!watertight_passes(exact) || (unsound && !is_sound_triangle(vertices, triangle_of(pair, i)))) {
                 continue;
             }
         }
+        uint turn = !fan ? 0u : i == 1u ? pair_second_turn(pair) : pair_first_turn(pair);
         edges = turn == 0u ? edges : turn == 1u ? edges.yzx : edges.zxy;
         depths = turn == 0u ? depths : turn == 1u ? depths.yzx : depths.zxy;
         consider(2u * number + i, edges, depths);
@@ -457,7 +464,6 @@ void advance()
 struct cluster_info
 {
     uint counts, orders;
-    uvec4 addresses; // of vertices and pairs, where the node is not the root
 };
 
 cluster_info load_cluster(uint64_t address, uint node)
@@ -471,13 +477,12 @@ cluster_info load_cluster(uint64_t address, uint node)
     } else {
         info.counts = trace.rest >> GROUP_COUNTS;
         info.orders = uints(address + 40ul).at[node >> 1u];
-        info.addresses = head.at[1];
     }
     return info;
 }
 
 // What a cluster's node leaves to do, of bits of its children: its nodes, or leaves.
-void leave_cluster(uint place, uint node, uint64_t address, cluster_info info, uint bits)
+void leave_cluster(uint place, uint node, cluster_info info, uint bits)
 {
     uint turn = cluster_turn(info.orders >> (node & 1u) * 16u);
     uint nodes = cluster_nodes(info.counts), leaves = cluster_leaves(info.counts);
@@ -488,9 +493,6 @@ void leave_cluster(uint place, uint node, uint64_t address, cluster_info info, u
         trace.at = place;
         trace.rest = group | GROUP_CLUSTER;
     } else {
-        uvec4 addresses = node == 0u ? uint4s(address).at[1] : info.addresses;
-        trace.vertices = load_address(addresses.xy);
-        trace.pairs = load_address(addresses.zw);
         trace.leaves_at = place;
         trace.leaves = group | (max(node, 1u) - 1u) << LEAVES_NODE;
         trace.rest = 0u;
@@ -524,7 +526,7 @@ void step_node()
             at = 0u;
         }
     }
-    uint64_t address = in_cluster ? trace.clusters + uint64_t(CLUSTER_UNIT) * at : trace.nodes + 96ul * at;
+    uint64_t address = in_cluster ? cluster_address(at) : trace.nodes + 96ul * at;
     uint4s sides = uint4s(address + (in_cluster ? CLUSTER_HEAD_BYTES + CLUSTER_NODE_BYTES * node : 16u));
     uvec4 base = uint4s(address).at[0];
     cluster_info info;
@@ -534,7 +536,7 @@ void step_node()
     uint bits = test_boxes(base, sides.at[0], sides.at[1], sides.at[2]);
     trace.steps += !in_cluster || node == 0u ? 1u : 0u;
     if (in_cluster) {
-        leave_cluster(at, node, address, info, bits);
+        leave_cluster(at, node, info, bits);
     } else {
         uint turn = tree_turn(base.w >> 24u);
         trace.at = at;
