@@ -30,6 +30,11 @@ void *fuzz_copy(const void *data, size_t size);
 // Another file that the context has from now on; its bytes stay the caller's.
 void fuzz_put_file(const char *name, const void *data, size_t size);
 
+// What the context holds now is kept from input to input.
+void fuzz_keep(const clast_context *context);
+// Ends the program where a failure has not one line of text, or is one that would be our own fault.
+void fuzz_check_outcome(clast_context *context, clast_status status);
+
 // Loads a scene from the input under that name, with clast's own samples as the files beside it.
 typedef clast_status fuzz_loader(clast_scene *scene, const char *path, clast_file_view *file);
 void fuzz_load(clast_context *context, fuzz_loader *load, const char *name, const uint8_t *data, size_t size);

@@ -11,6 +11,8 @@ void fuzz_one(clast_context *context, const uint8_t *data, size_t size)
     clast_polygon polygon = {0};
     uint32_t count = 3 + fuzz_byte(&bytes) % (CORNERS_MOST - 2u), used[CORNERS_MOST] = {0};
     bool is_wild = fuzz_byte(&bytes) % 2 != 0;
+    size_t given = size / (is_wild ? 15 : 3); // more would lie at one place
+    count = given < count ? (uint32_t)(given > 3 ? given : 3) : count;
     if (clast_polygon_reserve(context, &polygon, count) == CLAST_OK) {
         for (uint32_t i = 0; i < 3 * count; i++) {
             uint32_t bits = is_wild ? fuzz_word(&bytes) : 0;

@@ -12,10 +12,11 @@ static void write_samples(void)
     static const struct {
         const char *extension, *target;
     } targets[] = {
-        {"gltf", "gltf"}, {"glb", "glb"},         {"obj", "obj"},       {"mtl", "mtl"},      {"ply", "ply"},
-        {"stl", "stl"},   {"json", "scene_file"}, {"png", "png"},       {"jpg", "jpeg"},     {"hdr", "hdr"},
-        {"pfm", "pfm"},   {"exr", "exr"},         {"dds", "dds"},       {"tga", "tga"},      {"ktx", "ktx"},
-        {"ktx2", "ktx"},  {"webp", "webp"},       {"gltf", "validate"}, {"glb", "validate"},
+        {"gltf", "gltf"},    {"glb", "glb"},         {"obj", "obj"},   {"mtl", "mtl"},   {"ply", "ply"},
+        {"stl", "stl"},      {"json", "scene_file"}, {"json", "json"}, {"gltf", "json"}, {"png", "png"},
+        {"jpg", "jpeg"},     {"hdr", "hdr"},         {"pfm", "pfm"},   {"exr", "exr"},   {"dds", "dds"},
+        {"tga", "tga"},      {"ktx", "ktx"},         {"ktx2", "ktx"},  {"webp", "webp"}, {"gltf", "validate"},
+        {"glb", "validate"},
     };
     samples all = samples_make();
     for (size_t i = 0; i < all.count; i++) {
@@ -69,6 +70,7 @@ static void write_bytes(void)
         // Sound accessors are rare among random ones: these have offsets of zero and views that fit.
         bytes[0] = (unsigned char)(seed & 7);
         write_seed("accessor", name, bytes, sizeof bytes);
+        write_seed("elements", name, bytes, 200);
     }
     // mode, filter, version, stride - 1, count, its high part, then a stream.
     static const unsigned char attributes[6 + 45] = {0, 0, 0, 11, 3, 0, 0xa0},
