@@ -63,8 +63,15 @@ static clast_status failed(const exr_reader *reader, exr_result_t result)
     clast_status status = result == EXR_ERR_OUT_OF_MEMORY             ? CLAST_ERROR_OUT_OF_MEMORY
                           : result == EXR_ERR_FEATURE_NOT_IMPLEMENTED ? CLAST_ERROR_UNSUPPORTED
                                                                       : CLAST_ERROR_MALFORMED;
-    return clast_fail(reader->context, status, "%s: EXR: %s", reader->name,
-                      reader->error[0] != '\0' ? reader->error : exr_get_default_error_message(result));
+    const char *text = reader->error[0] != '\0' ? reader->error : exr_get_default_error_message(result);
+    if (status == CLAST_ERROR_UNSUPPORTED) {
+        int major, minor, patch;
+        exr_get_library_version(&major, &minor, &patch, NULL);
+        return clast_fail(reader->context, status,
+                          "%s: EXR: OpenEXR %d.%d.%d, which is installed, cannot read this: %s", reader->name, major,
+                          minor, patch, text);
+    }
+    return clast_fail(reader->context, status, "%s: EXR: %s", reader->name, text);
 }
 
 static clast_status unsupported(const exr_reader *reader, const char *text)
