@@ -143,6 +143,24 @@ CLAST_API clast_status clast_render(clast_renderer *renderer, const clast_render
                                     const clast_render_output *outputs, size_t count,
                                     clast_render_statistics *statistics);
 
+/** Files from which a long render goes on where it was interrupted. */
+typedef struct clast_checkpoint {
+    const char *resume; /**< to go on from; null: from the beginning */
+    const char
+        *save; /**< written now and then, where the progress hook cancels, and at the end; null: none. May be that of
+                         *   `resume`. */
+    double interval; /**< seconds between two writes; 0 is 300 */
+} clast_checkpoint;
+/** As clast_render, with checkpoints (null: none). What comes of a render that goes on has the bits of one that was never
+ *  interrupted. The picture's size, crop, camera, views, device, scene and all settings must be those of the render that wrote the
+ *  file, but for spp, which may be more, time_limit, tonemap, and exposure where no noise target is set: INVALID_ARGUMENT
+ *  says what is other, UNSUPPORTED that the file is of another version of clast, MALFORMED that it is damaged. A file that cannot be
+ *  written on the way is a warning; FILE_WRITE tells that the last could not be, and the outputs hold the picture all the same. */
+CLAST_API clast_status clast_render_with_checkpoint(clast_renderer *renderer, const clast_render_settings *settings,
+                                                    const clast_checkpoint *checkpoint,
+                                                    const clast_render_output *outputs, size_t count,
+                                                    clast_render_statistics *statistics);
+
 /** Makes a picture to look at (RGB, 8 bit, sRGB) of a view: tone map and exposure for colour, legible false colours for the
  *  rest. `pixels` has 3 bytes for each pixel. */
 CLAST_API clast_status clast_view_to_display(clast_context *context, clast_view view, const void *values,

@@ -2,6 +2,8 @@
 // A renderer's life: commit a scene, trace rays, render.
 #include "api/renderer.h"
 
+#include <stdio.h>
+
 #include "base/thread.h"
 
 clast_status clast_renderer_create(clast_scene *scene, clast_renderer **renderer)
@@ -236,8 +238,18 @@ static clast_status check_outputs(clast_context *context, const clast_render_out
     return CLAST_OK;
 }
 
+// The device that makes pictures, and the version of its driver.
+static const char *name_device(const clast_renderer *renderer, char text[512])
+{
+    const clast_gpu_features *features = renderer->gpu != NULL ? clast_gpu_features_of(renderer->gpu) : NULL;
+    snprintf(text, 512, "%.255s%s%.250s", features != NULL ? features->name : "cpu", features != NULL ? ", " : "",
+             features != NULL ? features->driver : "");
+    return text;
+}
+
 static clast_status render(clast_renderer *renderer, const clast_render_settings *settings,
-                           const clast_render_output *outputs, size_t count, clast_render_statistics *statistics)
+                           const clast_checkpoint *checkpoint, const clast_render_output *outputs, size_t count,
+                           clast_render_statistics *statistics)
 {
     double begun = clast_clock();
     clast_render_settings resolved = settings != NULL ? *settings : (clast_render_settings){0};
@@ -260,7 +272,11 @@ static clast_status render(clast_renderer *renderer, const clast_render_settings
     status = clast_environment_begin(renderer, &resolved, &kept);
     if (status == CLAST_OK) {
         double before = clast_clock() - begun;
-        status = clast_render_frame(frame, backend, &resolved, outputs, count, statistics);
+        char device[512];
+        clast_render_request request = {&resolved, outputs, count,
+                                        checkpoint != NULL ? *checkpoint : (clast_checkpoint){0},
+                                        name_device(renderer, device)};
+        status = clast_render_run(frame, backend, &request, statistics);
         statistics->first_sample_milliseconds += 1000.0 * before;
         clast_environment_end(renderer, &kept);
     }
@@ -273,13 +289,20 @@ static clast_status render(clast_renderer *renderer, const clast_render_settings
 clast_status clast_render(clast_renderer *renderer, const clast_render_settings *settings,
                           const clast_render_output *outputs, size_t count, clast_render_statistics *statistics)
 {
+    return clast_render_with_checkpoint(renderer, settings, NULL, outputs, count, statistics);
+}
+
+clast_status clast_render_with_checkpoint(clast_renderer *renderer, const clast_render_settings *settings,
+                                          const clast_checkpoint *checkpoint, const clast_render_output *outputs,
+                                          size_t count, clast_render_statistics *statistics)
+{
     if (renderer == NULL) {
         return CLAST_ERROR_INVALID_ARGUMENT;
     }
     clast_render_statistics unwanted;
     statistics = statistics != NULL ? statistics : &unwanted;
     *statistics = (clast_render_statistics){0};
-    clast_status status = render(renderer, settings, outputs, count, statistics);
+    clast_status status = render(renderer, settings, checkpoint, outputs, count, statistics);
     if (status == CLAST_ERROR_DEVICE) { // a device that was lost stays lost: the next picture opens it anew
         clast_forget_device(renderer);
         statistics->device = statistics->driver = "";

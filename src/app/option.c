@@ -85,7 +85,8 @@ static const char *const render_details[] = {
     "A setting that is not on the command line has the value of the scene file, where it has one.",
     "With --frames, a picture of each frame is written as soon as it is done: picture.0001.png and so on for picture.png. The "
     "same frame has the same picture, whichever frames were asked for.",
-    "Ctrl-C ends the render and writes what there is until then; a second one ends the command at once.",
+    "Ctrl-C ends the render and writes what there is until then, and the checkpoint; a second one ends the command at once.",
+    "With --crop, the picture has the crop's size; an .exr file says where in the whole it lies, by its data and display windows.",
     NULL,
 };
 static const char *const generate_details[] = {

@@ -83,6 +83,13 @@ enum {
         "the extension, or in place of %04d") \
     REAL(CLAST_IN_RENDER, fps, "fps", 24.0, 0.001, 100000.0, "N", \
          "frames a second: frame F of --frames shows the moment F / N") \
+    TEXT( \
+        CLAST_IN_RENDER, checkpoint, "checkpoint", "FILE", \
+        "keeps what the picture has come to, so that --resume goes on; written at each interval, an interrupt and the end") \
+    REAL(CLAST_IN_RENDER, checkpoint_interval, "checkpoint-interval", 300.0, 0.001, 1e9, "SECONDS", \
+         "between two writes of --checkpoint") \
+    TEXT(CLAST_IN_RENDER, resume, "resume", "FILE", \
+         "goes on from a checkpoint: the picture is that of a render that was not interrupted; --spp may be more") \
     REAL(CLAST_IN_GENERATE, detail, "detail", 1.0, 0.02, 25.0, "FACTOR", \
          "scales the number of triangles; 1 is about a million") \
     UINT(CLAST_IN_GENERATE, generate_seed, "seed", 0, 0, 4294967295u, "N", "seed of the random numbers") \

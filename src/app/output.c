@@ -118,6 +118,10 @@ clast_exit clast_output_plan(clast_session *session, clast_output *picture)
         clast_print_error("%s: a file cannot be written there", picture->path);
         return CLAST_EXIT_FAILURE;
     }
+    if (command->checkpoint != NULL && !clast_can_write(command->checkpoint)) {
+        clast_print_error("%s: a file cannot be written there", command->checkpoint);
+        return CLAST_EXIT_FAILURE;
+    }
     if (command->json != NULL && strcmp(command->json, "-") != 0 && !clast_can_write(command->json)) {
         clast_print_error("%s: a file cannot be written there", command->json);
         return CLAST_EXIT_FAILURE;

@@ -20,8 +20,9 @@ typedef struct clast_render_work {
     double write_milliseconds;
     double first_picture; // milliseconds until each pixel of the first picture had a sample
     bool was_cancelled;
-    char *output;   // as the command line has it, where frames have names of their own
-    json_t *frames; // what --json tells of each
+    bool checkpoint_failed; // of which a warning told
+    char *output;           // as the command line has it, where frames have names of their own
+    json_t *frames;         // what --json tells of each
 } clast_render_work;
 
 static clast_status load(clast_render_work *work)
@@ -47,13 +48,21 @@ static clast_status prepare(clast_render_work *work)
 static clast_status make_picture(clast_render_work *work)
 {
     double before = 1000.0 * clast_session_seconds(&work->session);
-    clast_status status = clast_render(work->renderer, &work->settings, work->picture.outputs,
-                                       work->picture.output_count, &work->statistics);
+    const clast_command *command = work->session.command;
+    clast_checkpoint checkpoint = {command->resume, command->checkpoint, command->checkpoint_interval};
+    clast_status status = clast_render_with_checkpoint(work->renderer, &work->settings, &checkpoint,
+                                                       work->picture.outputs, work->picture.output_count,
+                                                       &work->statistics);
     if (work->first_picture == 0.0) {
         work->first_picture = before + work->statistics.first_sample_milliseconds;
     }
     if (status == CLAST_ERROR_CANCELLED && work->statistics.samples > 0) {
         work->was_cancelled = true;
+        status = CLAST_OK;
+    }
+    if (status == CLAST_ERROR_FILE_WRITE && work->statistics.samples > 0) { // the checkpoint: the picture is not lost
+        work->was_cancelled = clast_interrupted();
+        work->checkpoint_failed = true;
         status = CLAST_OK;
     }
     double begun = clast_clock();
@@ -119,6 +128,11 @@ static void print_summary(const clast_render_work *work)
 
 static clast_exit end_code(const clast_render_work *work)
 {
+    if (work->checkpoint_failed) {
+        clast_print_error("%s: the checkpoint could not be written; %s is written", work->session.command->checkpoint,
+                          work->picture.path);
+        return CLAST_EXIT_FAILURE;
+    }
     if (!work->was_cancelled) {
         return CLAST_EXIT_SUCCESS;
     }
@@ -219,6 +233,16 @@ static bool check_options(const clast_command *command)
     }
     if (command->given.fps_ && !command->given.frames_) {
         clast_print_error("--fps needs --frames");
+        return false;
+    }
+    if (command->given.frames_ && (command->given.checkpoint_ || command->given.resume_)) {
+        clast_print_error(
+            "a checkpoint is of one picture: expected no --frames with it; frames that are written stay, and a render "
+            "of the others goes on with --frames");
+        return false;
+    }
+    if (command->given.checkpoint_interval_ && !command->given.checkpoint_) {
+        clast_print_error("--checkpoint-interval needs --checkpoint");
         return false;
     }
     return true;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/thread.h"
+#include "render/checkpoint.h"
 #include "render/levels.h"
 #include "render/path.h"
 #include "render/scatter.h"
@@ -142,11 +143,31 @@ static clast_status add_sample(clast_frame *frame, const clast_backend *backend,
     return status;
 }
 
-static clast_status add_samples(clast_frame *frame, const clast_backend *backend, clast_render_target *target)
+// Brings the sums to the target, and writes the checkpoint, where there is to be one.
+static clast_status save(clast_frame *frame, const clast_backend *backend, clast_checkpoint_keeper *keeper,
+                         clast_render_target *target)
+{
+    clast_status status = backend->fetch != NULL ? backend->fetch(frame, target) : CLAST_OK;
+    if (status != CLAST_OK || keeper->files.save == NULL) {
+        return status;
+    }
+    if (clast_checkpoint_save(frame, keeper, target) != CLAST_OK) {
+        clast_log(frame->context, CLAST_LOG_WARNING, "the checkpoint could not be written: %s",
+                  clast_context_error(frame->context));
+    }
+    return CLAST_OK;
+}
+
+static clast_status add_samples(clast_frame *frame, const clast_backend *backend, clast_checkpoint_keeper *keeper,
+                                clast_render_target *target)
 {
     clast_status status = CLAST_OK;
     while (target->sample < target->settings.spp && target->squares.active_count != 0 && !time_is_up(target)) {
         status = add_sample(frame, backend, target);
+        if (status == CLAST_OK && keeper->files.save != NULL &&
+            clast_clock() - keeper->saved >= keeper->files.interval) {
+            status = save(frame, backend, keeper, target);
+        }
         if (status != CLAST_OK) {
             return status;
         }
@@ -227,27 +248,33 @@ static void free_target(clast_context *context, clast_render_target *target)
     clast_free(context, target);
 }
 
-static clast_status render(clast_frame *frame, const clast_backend *backend, clast_render_target *target,
-                           clast_render_statistics *statistics)
+static clast_status render(clast_frame *frame, const clast_backend *backend, clast_checkpoint_keeper *keeper,
+                           clast_render_target *target, clast_render_statistics *statistics)
 {
     clast_status status = begin(frame, backend, target);
+    if (status == CLAST_OK) {
+        status = clast_checkpoint_begin(frame, keeper, target);
+    }
     if (status != CLAST_OK) {
         return status;
     }
     target->begun = clast_clock();
-    status = add_samples(frame, backend, target);
-    if (backend->fetch != NULL && (status == CLAST_OK || status == CLAST_ERROR_CANCELLED)) {
-        clast_status fetched = backend->fetch(frame, target);
-        status = fetched != CLAST_OK ? fetched : status;
+    status = add_samples(frame, backend, keeper, target);
+    if (status == CLAST_OK || status == CLAST_ERROR_CANCELLED) {
+        clast_status saved = save(frame, backend, keeper, target);
+        saved = saved == CLAST_OK && keeper->failed ? CLAST_ERROR_FILE_WRITE : saved;
+        status = saved != CLAST_OK ? saved : status;
     }
     finish(frame, target, statistics);
     return status;
 }
 
-clast_status clast_render_frame(clast_frame *frame, const clast_backend *backend, const clast_render_settings *settings,
-                                const clast_render_output *outputs, size_t count, clast_render_statistics *statistics)
+clast_status clast_render_run(clast_frame *frame, const clast_backend *backend, const clast_render_request *request,
+                              clast_render_statistics *statistics)
 {
     clast_context *context = frame->context;
+    const clast_render_settings *settings = request->settings;
+    clast_checkpoint_keeper keeper = {.files = request->checkpoint, .device = request->device};
     clast_render_target *target = clast_allocate_zeroed(context, 1, sizeof *target);
     if (target == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
@@ -257,9 +284,16 @@ clast_status clast_render_frame(clast_frame *frame, const clast_backend *backend
     target->height = settings->height;
     clast_status status = clast_find_area(context, settings, &target->area);
     if (status == CLAST_OK) {
-        begin_outputs(target, outputs, count);
-        status = render(frame, backend, target, statistics);
+        begin_outputs(target, request->outputs, request->output_count);
+        status = render(frame, backend, &keeper, target, statistics);
     }
     free_target(context, target);
     return status;
+}
+
+clast_status clast_render_frame(clast_frame *frame, const clast_backend *backend, const clast_render_settings *settings,
+                                const clast_render_output *outputs, size_t count, clast_render_statistics *statistics)
+{
+    clast_render_request request = {.settings = settings, .outputs = outputs, .output_count = count, .device = ""};
+    return clast_render_run(frame, backend, &request, statistics);
 }

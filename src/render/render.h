@@ -52,8 +52,20 @@ clast_status clast_cpu_measure(clast_frame *frame, void *target);
 // Tells how far a render has come, where a part of the sample under way is done: by the limit that ends it first.
 clast_status clast_render_report(const clast_frame *frame, const clast_render_target *target, double part);
 
+// What a render is asked for.
+typedef struct clast_render_request {
+    const clast_render_settings *settings; // resolved
+    const clast_render_output *outputs;
+    size_t output_count;
+    clast_checkpoint checkpoint;
+    const char *device; // that makes the picture: checkpoints are of one device
+} clast_render_request;
+
 // Renders into outputs, running the frame's trace and shade passes for each sample. The frame has been run up to
 // CLAST_PASS_LIGHTS. Reports progress as "render". `samples` and `rays` are set also where it is cancelled.
+clast_status clast_render_run(clast_frame *frame, const clast_backend *backend, const clast_render_request *request,
+                              clast_render_statistics *statistics);
+// The same without checkpoints.
 clast_status clast_render_frame(clast_frame *frame, const clast_backend *backend, const clast_render_settings *settings,
                                 const clast_render_output *outputs, size_t count, clast_render_statistics *statistics);
 

@@ -82,7 +82,7 @@ void clast_squares_end_sample(clast_squares *squares)
 // Noise falls with the root of the number of samples.
 static uint64_t samples_left(double noise, double target, uint32_t samples, uint32_t most)
 {
-    double wanted = (double)samples * noise / (target * target);
+    double wanted = (double)samples * (noise / target) * (noise / target);
     wanted = wanted < (double)most ? wanted : (double)most;
     return wanted > (double)samples ? (uint64_t)wanted - samples : 0;
 }
@@ -94,7 +94,7 @@ void clast_squares_settle(clast_squares *squares, double target, uint32_t most)
     for (uint32_t i = 0; i < squares->active_count; i++) {
         uint32_t square = squares->active[i];
         double noise = (double)squares->noise[square];
-        if (noise > target * target) {
+        if (noise > target) {
             squares->active[count++] = square;
             squares->expected += clast_square_pixels(squares, square) *
                                  samples_left(noise, target, squares->samples[square], most);

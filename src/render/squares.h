@@ -16,7 +16,7 @@ typedef struct clast_squares {
     uint32_t version;  // grows where `active` changes
     uint32_t done;     // the first of the active ones that have the sample under way already
     uint32_t *samples; // that each square has
-    float *noise;      // squared, of each as it was measured last; null where no noise is too much
+    float *noise;      // of each as it was measured last; null where no noise is too much
     uint64_t work;     // samples of pixels that were made
     uint64_t expected; // samples of pixels until all squares are below the noise target; 0: not known
 } clast_squares;

@@ -36,18 +36,18 @@ FN bool is_of_half(uint sample_number) { return sample_number % ROUND_SAMPLES < 
 
 TABLE float NOISE_DARKEST = 1e-4f; // that an eye tells from black
 
-// The squared noise of a pixel, from the sums of all samples and of half of them, whose means differ as much as the mean of
+// The noise of a pixel, from the sums of all samples and of half of them, whose means differ as much as the mean of
 // all does from the truth: Dammertz, Hanika, Keller and Lensch, A Hierarchical Automatic Stopping Condition for Monte Carlo
-// Global Illumination, WSCG 2010. Noise is taken as an eye sees it: of the square root of the radiance, where white is
-// one, and of half its logarithm above.
+// Global Illumination, WSCG 2010. That of a square is the mean. Noise is taken as an eye sees it: of the square root of the
+// radiance, where white is one, and of half its logarithm above.
 FN float pixel_noise(vec3 sum, vec3 half_sum, float samples, float gain)
 {
     float scale = rough_divide(gain, samples);
     vec3 mean = sum * scale;
     vec3 difference = mean - half_sum * (2.0f * scale);
     float brightness = max1((mean[0] + mean[1] + mean[2]) * 0.333333333f, NOISE_DARKEST);
-    float slope = rough_divide(0.25f, brightness < 1.0f ? brightness : brightness * brightness);
-    return dot3(difference, difference) * 0.333333333f * slope;
+    float slope = rough_divide(0.5f, brightness < 1.0f ? rough_sqrt(brightness) : brightness);
+    return rough_sqrt(dot3(difference, difference) * 0.333333333f) * slope;
 }
 
 #endif

@@ -233,6 +233,41 @@ static void layers_are_channels_of_their_names(void **state)
     assert_int_equal(remove_folder(&f), 1);
 }
 
+// A part of a picture lies where it belongs in the whole; around it there is nothing.
+static void a_window_lies_in_its_picture(void **state)
+{
+    clast_context *context = *state;
+    folder f = make_folder();
+    enum { WIDTH = 9, HEIGHT = 21 };
+    static float depth[WIDTH * HEIGHT];
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++) {
+        depth[i] = (float)(i + 1);
+    }
+    const clast_image_layer layer = {.name = "", .channels = "Y", .pixels = depth};
+    clast_image_window window = {5, 30, WIDTH, HEIGHT, 20, 60};
+    assert_ok(context, clast_image_write_window(context, in(&f, "a.exr"), &window, &layer, 1));
+    assert_true(file_has(f.file, "dataWindow\0box2i\0\x10\0\0\0\x05\0\0\0\x1e\0\0\0\x0d\0\0\0\x32\0\0\0", 37));
+    assert_true(file_has(f.file, "displayWindow\0box2i\0\x10\0\0\0\0\0\0\0\0\0\0\0\x13\0\0\0\x3b\0\0\0", 40));
+    clast_image read;
+    assert_ok(context, clast_image_read(context, f.file, &read));
+    assert_true(read.width == 20 && read.height == 60 && read.channels == 1);
+    const float *values = read.pixels;
+    for (uint32_t i = 0; i < 20 * 60; i++) {
+        uint32_t x = i % 20 - 5, y = i / 20 - 30;
+        assert_true(values[i] == (x < WIDTH && y < HEIGHT ? depth[y * WIDTH + x] : 0.0f));
+    }
+    clast_image_free(context, &read);
+    assert_int_equal(remove_folder(&f), 1);
+    const clast_image_window wrong[] = {{12, 30, WIDTH, HEIGHT, 20, 60},
+                                        {5, 40, WIDTH, HEIGHT, 20, 60},
+                                        {5, 30, 0, HEIGHT, 20, 60},
+                                        {5, 30, 9, 21, 0, 0}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        assert_int_equal(clast_image_write_window(context, "a.exr", &wrong[i], &layer, 1),
+                         CLAST_ERROR_INVALID_ARGUMENT);
+    }
+}
+
 static void note_layer(void *user, const char *layer)
 {
     strcat(user, layer);
@@ -502,6 +537,7 @@ int main(void)
         CONTEXT_TEST(hdr_has_a_place_for_odd_values),
         CONTEXT_TEST(what_a_format_cannot_hold_is_refused),
         CONTEXT_TEST(layers_are_channels_of_their_names),
+        CONTEXT_TEST(a_window_lies_in_its_picture),
         CONTEXT_TEST(layers_are_listed_and_read_by_name),
         CONTEXT_TEST(halves_keep_eleven_bits),
         CONTEXT_TEST(jpeg_looks_the_same),

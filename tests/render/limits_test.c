@@ -132,8 +132,8 @@ static void noise_decides_how_many_samples_pixels_get(void **state)
     picture p = lamp_scene(*state, SIZE, 1);
     picture_build(&p);
     double before = 0.0;
-    for (int i = 0; i < 3; i++) {
-        set_noise(&p, 0.01 / (1 << i));
+    for (int i = 0; i < 2; i++) {
+        set_noise(&p, 0.005 / (1 << i));
         assert_ok(p.context, picture_try(&p, views, 2));
         const uint32_t *samples = p.pixels[CLAST_VIEW_SAMPLES];
         double sum = 0.0;
@@ -150,7 +150,7 @@ static void noise_decides_how_many_samples_pixels_get(void **state)
         assert_near(sum / PIXELS, p.statistics.mean_samples, 1e-9 * sum);
         assert_int_equal((uint64_t)sum, p.statistics.primary_rays);
         assert_int_equal(p.statistics.pixels_above_target, 0);
-        assert_true(p.statistics.mean_samples > (i == 0 ? 32.0 : 2.0 * before));
+        assert_true(p.statistics.mean_samples > (i == 0 ? 32.0 : 1.5 * before));
         before = p.statistics.mean_samples;
     }
     assert_true(p.statistics.mean_samples < 0.7 * p.statistics.samples); // what most pixels were spared
@@ -160,7 +160,7 @@ static void noise_decides_how_many_samples_pixels_get(void **state)
 // The noise that is asked for is the noise that there is, as an eye sees it: of square roots.
 static void noise_is_as_much_as_was_asked_for(void **state)
 {
-    const double target = 0.005;
+    const double target = 0.004;
     picture p = lamp_scene(*state, SIZE, 2048);
     picture_build(&p);
     p.settings.seed = 7;
@@ -171,13 +171,12 @@ static void noise_is_as_much_as_was_asked_for(void **state)
     set_noise(&p, target);
     assert_ok(p.context, picture_try(&p, &colour, 1));
     const float *found = p.pixels[colour];
-    double square = 0.0;
-    for (uint32_t i = 0; i < 3 * PIXELS; i++) {
-        double brightness = fmax((double)truth[i], 1e-4), difference = (double)found[i] - (double)truth[i];
-        square += difference * difference * 0.25 / (brightness < 1.0 ? brightness : brightness * brightness);
+    double noise = 0.0;
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        const float *a = found + 3 * i, *b = truth + 3 * i; // all is grey
+        noise += fabs(sqrt((double)a[0]) - sqrt((double)b[0])) / PIXELS;
     }
-    double noise = sqrt(square / (3 * PIXELS));
-    assert_true(noise < target && noise > 0.2 * target);
+    assert_true(noise < target && noise > 0.15 * target);
     free(truth);
     picture_close(&p);
 }
@@ -192,7 +191,7 @@ static void noise_targets_do_not_change_the_mean(void **state)
     p.settings.seed = 1000;
     assert_ok(p.context, picture_try(&p, &colour, 1));
     double truth = picture_mean(&p), sum = 0.0, square = 0.0;
-    set_noise(&p, 0.007);
+    set_noise(&p, 0.004);
     for (uint32_t seed = 0; seed < SEEDS; seed++) {
         p.settings.seed = seed;
         assert_ok(p.context, picture_try(&p, &colour, 1));
@@ -215,7 +214,7 @@ static void noise_does_not_depend_on_threads(void **state)
         assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 1 + 4 * i}, &context), CLAST_OK);
         picture p = lamp_scene(context, SIZE, 1);
         picture_build(&p);
-        set_noise(&p, 0.007);
+        set_noise(&p, 0.004);
         assert_ok(context, picture_try(&p, views, 2));
         colours[i] = p.pixels[CLAST_VIEW_COLOUR];
         p.pixels[CLAST_VIEW_COLOUR] = NULL;
@@ -233,7 +232,7 @@ static void noise_is_that_of_colour_whatever_is_shown(void **state)
     const clast_view samples = CLAST_VIEW_SAMPLES;
     picture p = lamp_scene(*state, SIZE, 1);
     picture_build(&p);
-    set_noise(&p, 0.007);
+    set_noise(&p, 0.004);
     assert_ok(p.context, picture_try(&p, &colour, 1));
     double mean = p.statistics.mean_samples;
     assert_ok(p.context, picture_try(&p, &samples, 1));
