@@ -88,6 +88,7 @@ static double measure_peer(void *data)
 
 static bench_pair alternate(const bench *b, vulkan_turn *turn)
 {
+    vulkan_wake(turn->work->device->context, turn->work->device->gpu);
     measure_own(turn); // kernels are compiled, and memory is reserved
     measure_peer(turn);
     return bench_alternate(b, measure_own, measure_peer, turn);

@@ -101,6 +101,7 @@ static void measure(bench *b, clast_context *context, clast_gpu *gpu, uint32_t t
     }
     make_scene(&w, triangles);
     render(&w, 1);
+    vulkan_wake(context, gpu);
     clast_render_statistics statistics = render(&w, samples);
     clast_gpu_time times[CLAST_GPU_TIMES];
     uint32_t count = clast_vulkan_render_times(w.device->render, times);

@@ -27,6 +27,26 @@ bool vulkan_open(bench *b, bool ray_tracing, clast_context **context, clast_gpu 
     return true;
 }
 
+void vulkan_wake(clast_context *context, clast_gpu *gpu)
+{
+    enum { GROUPS = 2048, SPIN_TURNS = 20000 };
+    const double enough = 0.1; // seconds
+    if (clast_gpu_features_of(gpu)->is_software) {
+        return;
+    }
+    struct {
+        uint64_t to;
+        uint32_t turns;
+    } push = {0, SPIN_TURNS};
+    for (double begin = bench_seconds(); bench_seconds() - begin < enough;) {
+        clast_gpu_commands *commands;
+        bench_check(clast_gpu_begin(gpu, &commands), context);
+        clast_gpu_run(commands, &(clast_gpu_call){
+                                    .shader = CLAST_SHADER_BENCH_SPIN, .push = &push, .push_bytes = 12, .groups = GROUPS});
+        bench_check(clast_gpu_finish(commands), context);
+    }
+}
+
 void vulkan_close(clast_context *context, clast_gpu *gpu)
 {
     clast_gpu_destroy(gpu);
