@@ -3,7 +3,6 @@
 // What the items of some units need: of each, where it is kept, and of all of a unit.
 #extension GL_GOOGLE_include_directive : require
 #define SOURCE_COUNTS
-#define VARIANT_CONSTANT 0
 #include "source_kind.glsl"
 #include "frame/spans.glsl"
 

@@ -3,7 +3,6 @@
 // The records of some units' items, and their words. Where they go follows from sums over what was counted.
 #extension GL_GOOGLE_include_directive : require
 #define SOURCE_COUNTS
-#define VARIANT_CONSTANT 0
 #include "source_kind.glsl"
 #include "frame/spans.glsl"
 

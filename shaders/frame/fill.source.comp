@@ -5,7 +5,6 @@
 #define SOURCE_FILLS
 #define LANES_CONSTANT 0
 #define GROUP_CONSTANT 1
-#define VARIANT_CONSTANT 2
 #include "source_kind.glsl"
 #include "frame/spans.glsl"
 

@@ -22,11 +22,7 @@ uint displaced_flags(unit_reference unit)
     return displaced_headers(array_of(unit, DISPLACED_ARRAY_HEADER)).at[0].flags;
 }
 
-#ifdef VARIANT_CONSTANT
-bool displaced_is_curved(unit_reference unit) { return SOURCE_VARIANT == DISPLACED_CURVED; }
-#else
 bool displaced_is_curved(unit_reference unit) { return (displaced_flags(unit) & DISPLACED_CURVED) != 0u; }
-#endif
 bool displaced_is_moved(unit_reference unit) { return (displaced_flags(unit) & DISPLACED_MOVED) != 0u; }
 
 // What a pose moves has positions or normals of its own.

@@ -38,8 +38,6 @@
 //   void source_pose(unit_reference unit, uint number, uint64_t to)
 //       Writes an element of the array that stands in its place while the pose lasts.
 //
-// A kernel that is made for a variant of a kind (clast_unit.variant) defines VARIANT_CONSTANT, a specialisation constant.
-//
 // A kernel says which of them it calls before it includes the kind's file, so that no others take shared memory:
 // SOURCE_COUNTS for source_count and source_emit, SOURCE_FILLS for source_fill and source_corners. The latter follows the
 // former for the same record.
@@ -52,11 +50,6 @@
 #include "gpu.glsl"
 #include "shared/device.h"
 #include "shared/texture_filter.h"
-
-#ifdef VARIANT_CONSTANT
-// Of all units that the kernel is run for: what other variants need takes registers that hold up all.
-layout(constant_id = VARIANT_CONSTANT) const uint SOURCE_VARIANT = 0u;
-#endif
 
 // A unit, where it lies: unit.of.kind. Records of its size are not handed about.
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer unit_reference { clast_device_unit of; };

@@ -11,7 +11,6 @@
 #include "shared/records.h"
 
 LIMIT(SOURCE_ARRAYS, 32u, "most arrays of cooked data of a unit")
-LIMIT(SOURCE_VARIANTS, 2u, "most variants of a kind of source, by clast_unit.variant: kernels are made for one of them")
 LIMIT(SOURCE_GROUP, 128u, "invocations of a work group that does a duty of a source together")
 
 // The arrays of sources that are made of a triangle mesh begin with the mesh's own; what it does not have is at 0.

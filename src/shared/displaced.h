@@ -33,7 +33,7 @@ LIMIT(DISPLACED_NO_MAP, 0u, "the first map moves nothing")
 LIMIT(DISPLACED_SPLITS_DEEPEST, 24u, "most splits above a part; each makes halves at least: thousands of segments take five")
 LIMIT(DISPLACED_ITEM_TRIANGLES, 0x40000000u, "an item of more comes to 2^32 - 1 of everything: no frame can hold it")
 
-LIMIT(DISPLACED_CURVED, 1u, "triangles bend along their normals; as a variant of the source, too")
+LIMIT(DISPLACED_CURVED, 1u, "triangles bend along their normals")
 LIMIT(DISPLACED_CLOSED, 2u, "each edge has as many triangles to either side")
 LIMIT(DISPLACED_OPAQUE, 4u, "nothing is seen through it")
 LIMIT(DISPLACED_MOVED, 8u, "some map moves something")

@@ -600,7 +600,6 @@ static void count_bytes(displaced_unit *unit)
 // What devices need of a unit beside its arrays.
 static clast_status make_records(displaced_unit *unit)
 {
-    unit->base.variant = unit->curved ? DISPLACED_CURVED : 0;
     unit->header = (clast_displaced_header){
         .flags = (unit->curved ? DISPLACED_CURVED : 0) | (unit->closed ? DISPLACED_CLOSED : 0) |
                  (unit->opaque ? DISPLACED_OPAQUE : 0) | (unit->displaced ? DISPLACED_MOVED : 0),

@@ -70,7 +70,6 @@ typedef struct clast_unit {
     const clast_geometry *geometry; // cook/'s copy of the scene's, as of the last commit
     uint32_t geometry_version;      // that was cooked
     uint32_t item_count;
-    uint32_t variant;    // below SOURCE_VARIANTS; 0 where a kind has one only
     uint64_t bytes;      // of the cooked data
     uint32_t number;     // of the geometry; records carry it. Set by cook/
     uint32_t serial;     // no two units of a clast_cooked ever had the same. Set by cook/

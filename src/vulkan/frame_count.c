@@ -22,13 +22,8 @@ uint64_t clast_record_batches(const clast_frame_unit *unit)
     return (unit->record_count + SOURCE_GROUP - 1) / SOURCE_GROUP;
 }
 
-static uint32_t family_of(const clast_frame_unit *unit)
-{
-    return (uint32_t)unit->unit->kind * SOURCE_VARIANTS + unit->unit->variant;
-}
-
 clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit *const *units, size_t count,
-                                    uint32_t family, clast_groups_function groups, clast_span_range *range)
+                                    uint32_t kind, clast_groups_function groups, clast_span_range *range)
 {
     *range = (clast_span_range){.first = device->span_count};
     clast_status status = CLAST_RESERVE(device->context, device->span_list, device->span_capacity,
@@ -38,7 +33,7 @@ clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit
     }
     for (size_t i = 0; i < count; i++) {
         uint64_t here = groups(units[i]);
-        if ((family == CLAST_NONE || family_of(units[i]) == family) && here != 0) {
+        if ((kind == CLAST_NONE || (uint32_t)units[i]->unit->kind == kind) && here != 0) {
             device->span_list[device->span_count++] = (clast_device_span){(uint32_t)range->groups,
                                                                           units[i]->unit->number};
             range->groups += here;
@@ -54,8 +49,14 @@ clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit
     return CLAST_OK;
 }
 
-void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, const clast_span_range *range,
-                            bool keep, clast_gpu_call call)
+void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, clast_shader shader,
+                            const clast_span_range *range, bool keep)
+{
+    clast_vulkan_call_spans(device, commands, range, keep, (clast_gpu_call){.shader = shader, .groups = range->groups});
+}
+
+void clast_vulkan_call_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, const clast_span_range *range,
+                             bool keep, clast_gpu_call call)
 {
     if (range->groups == 0) {
         return;
@@ -144,14 +145,14 @@ static clast_status record_count(clast_frame *frame, clast_gpu_commands *command
                                  size_t count, float rate, bool keep)
 {
     clast_vulkan_frame *device = clast_vulkan_of(frame);
-    clast_span_range ranges[CLAST_FAMILIES_MOST];
+    clast_span_range ranges[CLAST_KINDS_MOST];
     clast_status status = keep ? place_items(frame, list, count) : CLAST_OK;
     if (keep && status == CLAST_OK) {
         place_drafts(frame, commands, list, count);
     }
     device->span_count = 0;
-    for (uint32_t family = 0; family < clast_family_count() && status == CLAST_OK; family++) {
-        status = clast_vulkan_add_spans(device, list, count, family, clast_item_groups, &ranges[family]);
+    for (uint32_t kind = 0; kind < clast_source_kind_count && status == CLAST_OK; kind++) {
+        status = clast_vulkan_add_spans(device, list, count, kind, clast_item_groups, &ranges[kind]);
     }
     status = status == CLAST_OK ? clast_vulkan_describe_units(frame) : status;
     if (status != CLAST_OK) {
@@ -163,12 +164,8 @@ static clast_status record_count(clast_frame *frame, clast_gpu_commands *command
         record->drafts = store_address(keep ? device->units[list[i]->unit->number].drafts : 0);
     }
     clast_vulkan_write_units(device, commands);
-    for (uint32_t family = 0; family < clast_family_count(); family++) {
-        clast_vulkan_run_spans(device, commands, &ranges[family], keep,
-                               (clast_gpu_call){.shader = CLAST_SHADER_OF_FAMILY(FRAME_COUNT, family),
-                                                .constants = {family % SOURCE_VARIANTS},
-                                                .constant_count = 1,
-                                                .groups = ranges[family].groups});
+    for (uint32_t kind = 0; kind < clast_source_kind_count; kind++) {
+        clast_vulkan_run_spans(device, commands, CLAST_SHADER_OF_KIND(FRAME_COUNT, kind), &ranges[kind], keep);
     }
     clast_gpu_read(commands, &device->sums, 0, device->unit_sums, device->unit_count * sizeof *device->unit_sums);
     return CLAST_OK;

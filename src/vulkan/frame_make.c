@@ -15,7 +15,7 @@ typedef struct make_list {
     clast_frame_unit **emitted; // records too
     size_t changed_count, emitted_count;
     uint64_t record_count; // of the emitted ones
-    clast_span_range items[CLAST_FAMILIES_MOST], fills[CLAST_FAMILIES_MOST], batches;
+    clast_span_range items[CLAST_KINDS_MOST], fills[CLAST_KINDS_MOST], batches;
 } make_list;
 
 static void free_list(clast_vulkan_frame *device, make_list *list)
@@ -137,12 +137,12 @@ static clast_status lay_out(clast_frame *frame, make_list *list)
     clast_vulkan_frame *device = clast_vulkan_of(frame);
     clast_status status = CLAST_OK;
     device->span_count = 0;
-    for (uint32_t family = 0; family < clast_family_count() && status == CLAST_OK; family++) {
-        status = clast_vulkan_add_spans(device, list->emitted, list->emitted_count, family, clast_item_groups,
-                                        &list->items[family]);
+    for (uint32_t kind = 0; kind < clast_source_kind_count && status == CLAST_OK; kind++) {
+        status = clast_vulkan_add_spans(device, list->emitted, list->emitted_count, kind, clast_item_groups,
+                                        &list->items[kind]);
         if (status == CLAST_OK) {
-            status = clast_vulkan_add_spans(device, list->changed, list->changed_count, family, clast_record_groups,
-                                            &list->fills[family]);
+            status = clast_vulkan_add_spans(device, list->changed, list->changed_count, kind, clast_record_groups,
+                                            &list->fills[kind]);
         }
     }
     if (status == CLAST_OK) {
@@ -178,16 +178,11 @@ static void record_emit(clast_vulkan_frame *device, const make_list *list)
                                                     .count = device->kept_items,
                                                     .columns = COLUMNS});
     clast_gpu_barrier(commands);
-    for (uint32_t family = 0; family < clast_family_count(); family++) {
-        clast_vulkan_run_spans(device, commands, &list->items[family], false,
-                               (clast_gpu_call){.shader = CLAST_SHADER_OF_FAMILY(FRAME_EMIT, family),
-                                                .constants = {family % SOURCE_VARIANTS},
-                                                .constant_count = 1,
-                                                .groups = list->items[family].groups});
+    for (uint32_t kind = 0; kind < clast_source_kind_count; kind++) {
+        clast_vulkan_run_spans(device, commands, CLAST_SHADER_OF_KIND(FRAME_EMIT, kind), &list->items[kind], false);
     }
     clast_gpu_barrier(commands);
-    clast_vulkan_run_spans(device, commands, &list->batches, false,
-                           (clast_gpu_call){.shader = CLAST_SHADER_FRAME_MEASURE, .groups = list->batches.groups});
+    clast_vulkan_run_spans(device, commands, CLAST_SHADER_FRAME_MEASURE, &list->batches, false);
     clast_gpu_barrier(commands);
     clast_gpu_columns spaces = {device->spaces.address, 0, 1};
     clast_gpu_sums(commands, &(clast_gpu_sums_desc){.from = spaces,
@@ -205,13 +200,13 @@ static void record_fill(clast_vulkan_frame *device, const make_list *list)
     }
     clast_gpu_pass(device->commands, "fill");
     clast_gpu_lanes lanes = clast_gpu_lanes_of(device->gpu);
-    for (uint32_t family = 0; family < clast_family_count(); family++) {
-        clast_vulkan_run_spans(device, device->commands, &list->fills[family], false,
-                               (clast_gpu_call){.shader = CLAST_SHADER_OF_FAMILY(FRAME_FILL, family),
-                                                .constants = {lanes.lanes, lanes.group, family % SOURCE_VARIANTS},
-                                                .constant_count = 3,
-                                                .groups = clast_gpu_lane_groups(lanes, list->fills[family].groups),
-                                                .subgroup = lanes.lanes});
+    for (uint32_t kind = 0; kind < clast_source_kind_count; kind++) {
+        clast_vulkan_call_spans(device, device->commands, &list->fills[kind], false,
+                                (clast_gpu_call){.shader = CLAST_SHADER_OF_KIND(FRAME_FILL, kind),
+                                                 .constants = {lanes.lanes, lanes.group},
+                                                 .constant_count = 2,
+                                                 .groups = clast_gpu_lane_groups(lanes, list->fills[kind].groups),
+                                                 .subgroup = lanes.lanes});
     }
     clast_gpu_barrier(device->commands);
 }

@@ -73,14 +73,10 @@ typedef struct clast_span_range {
     uint64_t groups;
 } clast_span_range;
 
-// Units that one kernel serves: a variant of a kind of source.
-enum { CLAST_FAMILIES_MOST = 16 * SOURCE_VARIANTS };
-static inline uint32_t clast_family_count(void) { return clast_source_kind_count * SOURCE_VARIANTS; }
+enum { CLAST_KINDS_MOST = 16 };
 
-// The kernel of a family, of those that the build made of NAME.source.comp: these follow each other by kinds. It must still be
-// told the variant, as a constant.
-#define CLAST_SHADER_OF_FAMILY(name, family)                                                                           \
-    ((clast_shader)((int)CLAST_SHADER_##name##_CLUSTERS + (int)((family) / SOURCE_VARIANTS)))
+// The kernel of a kind of source, of those that the build made of NAME.source.comp: they follow each other.
+#define CLAST_SHADER_OF_KIND(name, kind) ((clast_shader)((int)CLAST_SHADER_##name##_CLUSTERS + (int)(kind)))
 
 // Work groups of a unit in a dispatch.
 typedef uint64_t (*clast_groups_function)(const clast_frame_unit *unit);
@@ -109,12 +105,15 @@ clast_status clast_vulkan_describe_units(clast_frame *frame);
 // Copies `records` and `span_list` to the device, and clears the units' sums. The commands have a barrier after it.
 void clast_vulkan_write_units(clast_vulkan_frame *device, clast_gpu_commands *commands);
 
-// Appends spans of some units to span_list: of a family, or of all where it is CLAST_NONE.
+// Appends spans of some units to span_list: of a kind, or of all where it is CLAST_NONE.
 clast_status clast_vulkan_add_spans(clast_vulkan_frame *device, clast_frame_unit *const *units, size_t count,
-                                    uint32_t family, clast_groups_function groups, clast_span_range *range);
-// Makes a call of a kernel over a range of spans, which gives its push constants. Nothing where the range is empty.
-void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, const clast_span_range *range,
-                            bool keep, clast_gpu_call call);
+                                    uint32_t kind, clast_groups_function groups, clast_span_range *range);
+// Runs a kernel over a range of spans.
+void clast_vulkan_run_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, clast_shader shader,
+                            const clast_span_range *range, bool keep);
+// The same of a call with more than shader and groups.
+void clast_vulkan_call_spans(clast_vulkan_frame *device, clast_gpu_commands *commands, const clast_span_range *range,
+                             bool keep, clast_gpu_call call);
 
 // Uploads the instances where they are not those that the device has; `moves` says whether any is placed anew (frame_place.c).
 clast_status clast_vulkan_write_instances(clast_frame *frame, clast_gpu_commands *commands, bool *moves);

@@ -102,8 +102,6 @@ static void run_items(twin *t, clast_gpu_commands *commands, clast_shader shader
 {
     span_push push = {t->units.address, t->spans.address, 0, 1, 1};
     clast_gpu_run(commands, &(clast_gpu_call){.shader = shader,
-                                              .constants = {t->world->unit->variant},
-                                              .constant_count = 1,
                                               .push = &push,
                                               .push_bytes = sizeof push,
                                               .groups = t->world->unit->item_count});
