@@ -11,6 +11,7 @@
 // Workloads: edges of 8 to 11 segments (long), of 2 (short), and of 30, which are split (split).
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "clast/clast.h"
@@ -94,6 +95,7 @@ static void take_times(tess_work *w, uint32_t frame)
 static void run_frames(tess_work *w, uint32_t frames)
 {
     for (uint32_t i = 0; i < frames + 2; i++) {
+        vulkan_wake(w->context, w->gpu);
         w->frame->settings.segment = w->segment * (1.0 + 0.004 * (double)(i % 3));
         bench_check(clast_frame_run(w->frame, &clast_vulkan_backend, CLAST_PASS_ANIMATE, CLAST_PASS_FIT, NULL),
                     w->context);
