@@ -5,6 +5,7 @@
 #define CLAST_SOURCE_DISPLACE_H
 
 #include "base/isa.h"
+#include "shared/pattern.h"
 #include "source/height.h"
 
 // A corner of a triangle: all that is blended, in one line of the cache.
@@ -20,13 +21,21 @@ typedef struct clast_displace_corner {
     _Alignas(64) float of[DISPLACE_FLOATS];
 } clast_displace_corner;
 
+// What gives points of a curved triangle their positions, in place of its corners': curved_blend() of shared/tessellation.h.
+typedef struct clast_displace_curve {
+    float positions[3][3], controls[6][3];
+} clast_displace_curve;
+
 // Points that one map displaces.
 typedef struct clast_displace_job {
     const clast_height *height; // null: `offset` is the height everywhere
     float scale, offset;        // height = value * scale + offset
     const clast_displace_corner *corners;
-    const uint32_t *numbers; // by point: its three corners, 8 bits each; null: corners 0, 1 and 2 for all
-    const uint32_t *weights; // by point: weights_word()
+    const uint32_t *numbers;           // by point: its three corners, 8 bits each; null: corners 0, 1 and 2 for all
+    const uint32_t *weights;           // by point: weights_word()
+    const clast_displace_curve *curve; // null where the triangle is flat; else numbers are null
+    // Null, or of a part of the curved triangle: what its corners weigh there. Levels are its own, and so are weights.
+    const clast_weights *within;
     uint32_t count;
     packed3 *positions; // by point: written
 } clast_displace_job;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points of base triangles, blended and displaced, as many at once as a register holds. What is computed is
-// displaced_point() of shared/displacement.h over blends of corners, in the same order of the same operations.
+// displaced_point() of shared/displacement.h over blends of corners, or over curved_blend() of shared/tessellation.h, in the same
+// order of the same operations.
 #include "source/displace.h"
 #include "source/wide_stable.h"
 
@@ -70,6 +71,76 @@ CLAST_LANES blended blend_own(const clast_displace_job *job, uint32_t first, wid
         all.of[k] = columns.of[k];
     }
     return all;
+}
+
+// -------------------------------------------------------------------------------------------------------------- curves
+
+// curved_blend() along one axis, of weights that add up to one.
+CLAST_LANES clast_wide curve(const clast_displace_curve *of, int axis, wide_weights w)
+{
+    const float p[3] = {of->positions[0][axis], of->positions[1][axis], of->positions[2][axis]};
+    float to[6];
+    for (int k = 0; k < 6; k++) {
+        to[k] = of->controls[k][axis];
+    }
+    clast_wide a = w.of[0], b = w.of[1], c = w.of[2];
+    clast_wide corners = (p[0] * (a * a * a) + p[1] * (b * b * b)) + p[2] * (c * c * c);
+    clast_wide edges = ((to[0] * (a * a * b) + to[3] * (b * b * a)) + (to[1] * (b * b * c) + to[4] * (c * c * b))) +
+                       (to[2] * (c * c * a) + to[5] * (a * a * c));
+    float around = (to[0] + to[3]) + (to[1] + to[4]) + (to[2] + to[5]);
+    float centre = around * 0.25f - (p[0] + p[1] + p[2]) * 0.166666667f;
+    return (corners + edges * 3.0f) + centre * (6.0f * a * b * c);
+}
+
+CLAST_LANES void curve_positions(const clast_displace_job *job, wide_weights w, blended *at)
+{
+    wide_weights parts = {{w.of[0] * 0x1p-15f, w.of[1] * 0x1p-15f, w.of[2] * 0x1p-15f}};
+    for (int axis = 0; axis < 3; axis++) {
+        at->of[DISPLACE_POSITION + axis] = curve(job->curve, axis, parts);
+    }
+}
+
+// weights_within()
+CLAST_LANES wide_weights weights_in_whole(const clast_weights *within, wide_weights own)
+{
+    clast_wide_ints w[3], sums[3], total = wide_splat_ints(0);
+    for (int k = 0; k < 3; k++) {
+        w[k] = wide_to_ints(own.of[k]);
+    }
+    for (int k = 0; k < 3; k++) {
+        clast_wide_ints products = w[0] * (int32_t)within[0].of[k] + w[1] * (int32_t)within[1].of[k] +
+                                   w[2] * (int32_t)within[2].of[k];
+        sums[k] = wide_shift_right(products + 16384, 15);
+        total += sums[k];
+    }
+    clast_wide_ints missing = 32768 - total, none = wide_splat_ints(0);
+    clast_wide_ints second = wide_pick_more_ints(sums[1], sums[0], missing, none);
+    clast_wide_ints larger = wide_pick_more_ints(sums[1], sums[0], sums[1], sums[0]);
+    clast_wide_ints third = wide_pick_more_ints(sums[2], larger, missing, none);
+    second = wide_pick_more_ints(sums[2], larger, none, second);
+    return (wide_weights){{wide_to_floats(sums[0] + (missing - second - third)), wide_to_floats(sums[1] + second),
+                           wide_to_floats(sums[2] + third)}};
+}
+
+// Of a part of a triangle, or all of it.
+CLAST_LANES blended blend_curved(const clast_displace_job *job, wide_weights own)
+{
+    wide_weights w = job->within != NULL ? weights_in_whole(job->within, own) : own;
+    blended at = blend_same(job->corners, w);
+    curve_positions(job, w, &at);
+    const clast_displace_corner *corners = job->corners;
+    at.of[DISPLACE_LEVEL] = blend(corners[0].of[DISPLACE_LEVEL], corners[1].of[DISPLACE_LEVEL],
+                                  corners[2].of[DISPLACE_LEVEL], own);
+    return at;
+}
+
+// What the points are before they are displaced.
+CLAST_LANES blended blend_points(const clast_displace_job *job, uint32_t first)
+{
+    wide_weights w = weights_at(job, first);
+    return job->numbers != NULL ? blend_own(job, first, w)
+           : job->curve != NULL ? blend_curved(job, w)
+                                : blend_same(job->corners, w);
 }
 
 // ------------------------------------------------------------------------------------------------------------- heights
@@ -236,8 +307,7 @@ void CLAST_KERNEL(clast_displace)(const clast_displace_job *job)
         fill_tables(&job->height->map, &tables);
     }
     for (uint32_t first = 0; first < job->count; first += WIDE_LANES) {
-        wide_weights w = weights_at(job, first);
-        blended at = job->numbers != NULL ? blend_own(job, first, w) : blend_same(job->corners, w);
+        blended at = blend_points(job, first);
         clast_wide height = wide_splat(job->offset);
         if (job->height != NULL) {
             height = value_of(job->height, &tables, &at) * job->scale + job->offset;

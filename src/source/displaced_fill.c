@@ -286,16 +286,13 @@ static void fill_plain(const leaf_state *leaf)
     b->positions += count;
 }
 
-// Curved triangles are not blended from their corners: each point is one by itself. `own` are weights of the leaf's corners.
+// A point whose owner may be another triangle than its own: by itself. `own` are weights of the leaf's corners.
 static void fill_curved_point(const leaf_state *leaf, clast_weights own)
 {
     const displaced_reader *reader = leaf->b->reader;
     const displaced_face *face = &leaf->face;
-    clast_weights at = own;
-    if (reader->leaf.split) {
-        const displaced_leaf_corner *corners = reader->leaf.corners;
-        at = weights_within(corners[0].at, corners[1].at, corners[2].at, own);
-    }
+    const displaced_leaf_corner *corners = reader->leaf.corners;
+    clast_weights at = reader->leaf.split ? weights_within(corners[0].at, corners[1].at, corners[2].at, own) : own;
     float level = blend1(clast_displaced_level_of(reader, 0), clast_displaced_level_of(reader, 1),
                          clast_displaced_level_of(reader, 2), own);
     displaced_site site = clast_displaced_site(leaf->b->unit, face, at);
@@ -305,13 +302,60 @@ static void fill_curved_point(const leaf_state *leaf, clast_weights own)
                          blend3(face->normals[0], face->normals[1], face->normals[2], at), site.coordinates, level));
 }
 
+static clast_displace_curve curve_of(const displaced_face *face)
+{
+    clast_displace_curve curve;
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        for (uint32_t k = 0; k < 3; k++) {
+            curve.positions[k][axis] = face->positions[k][axis];
+        }
+        for (uint32_t k = 0; k < 6; k++) {
+            curve.controls[k][axis] = face->controls[k][axis];
+        }
+    }
+    return curve;
+}
+
+// Curved triangles are not blended from their corners: nothing goes with their points. `own` are weights_word() of the leaf's corners.
+static void fill_curved_points(const leaf_state *leaf, const uint32_t *own, uint32_t count)
+{
+    batch *b = leaf->b;
+    const displaced_face *face = &leaf->face;
+    if (!leaf->plain) {
+        for (uint32_t i = 0; i < count; i++) {
+            fill_curved_point(leaf, weights_of(own[i]));
+        }
+        return;
+    }
+    flush(b);
+    clast_displace_corner corners[3];
+    clast_weights within[3];
+    for (uint32_t k = 0; k < 3; k++) {
+        put_corner(&corners[k], face->positions[k], face->normals[k], face->coordinates[k],
+                   clast_displaced_level_of(b->reader, k));
+        within[k] = corner_weights(leaf, k);
+    }
+    clast_displace_curve curve = curve_of(face);
+    clast_displace_job job = displaced_job_of(face->map, b->pose);
+    job.corners = corners;
+    job.weights = own;
+    job.within = b->reader->leaf.split ? within : NULL;
+    job.curve = &curve;
+    job.count = count;
+    job.positions = b->positions;
+    b->kernel(&job);
+    b->positions += count;
+}
+
 // The pattern's vertices from `begin` on.
 static void fill_curved(const leaf_state *leaf, uint32_t begin)
 {
     const displaced_reader *reader = leaf->b->reader;
-    for (uint32_t i = begin; i < pattern_vertices(*reader->use.pattern); i++) {
-        fill_curved_point(leaf, pattern_unrotate(weights_of(leaf->weights[i]), reader->use.rotation));
+    uint32_t own[TEMPLATE_VERTICES], count = pattern_vertices(*reader->use.pattern) - begin;
+    for (uint32_t i = 0; i < count; i++) {
+        own[i] = weights_word(pattern_unrotate(weights_of(leaf->weights[begin + i]), reader->use.rotation));
     }
+    fill_curved_points(leaf, own, count);
 }
 
 // All of a leaf's points.
@@ -342,9 +386,11 @@ static void fill_edge_of(batch *b, displaced_reader *reader, edge_user user, uin
     leaf_state leaf = state_of(b, user.triangle);
     bool along = displaced_goes_along(leaf.triangle, user.edge);
     if (b->unit->curved) {
+        uint32_t own[WITHIN_MOST];
         for (uint32_t step = 1; step < factor; step++) {
-            fill_curved_point(&leaf, pattern_edge_point(user.edge, factor, along ? step : factor - step));
+            own[step - 1] = weights_word(pattern_edge_point(user.edge, factor, along ? step : factor - step));
         }
+        fill_curved_points(&leaf, own, factor - 1);
         return;
     }
     uint32_t first = along ? user.edge : (user.edge + 1) % 3, second = along ? (user.edge + 1) % 3 : user.edge;

@@ -94,6 +94,9 @@ static void close_maps(maps *m)
 typedef struct points {
     clast_displace_corner corners[CORNERS];
     uint32_t numbers[POINTS], weights[POINTS];
+    clast_weights within[3];        // of a part's corners
+    vec3 positions[3], controls[6]; // of the curve
+    clast_displace_curve curve;
     packed3 wanted[POINTS], found[POINTS + 1];
 } points;
 
@@ -136,21 +139,51 @@ static void make_corners(points *p, randoms *r, const clast_height *height)
     }
 }
 
-static packed3 displaced(const clast_displace_job *job, uint32_t i)
+// Of the first three corners.
+static void make_curve(points *p)
+{
+    vec3 normals[3];
+    for (uint32_t k = 0; k < 3; k++) {
+        const float *of = p->corners[k].of;
+        p->positions[k] = vec3(of[0], of[1], of[2]);
+        normals[k] = vec3(of[3], of[4], of[5]);
+    }
+    for (uint32_t k = 0; k < 6; k++) {
+        p->controls[k] = curved_control(p->positions, normals, k);
+    }
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        for (uint32_t k = 0; k < 3; k++) {
+            p->curve.positions[k][axis] = p->positions[k][axis];
+        }
+        for (uint32_t k = 0; k < 6; k++) {
+            p->curve.controls[k][axis] = p->controls[k][axis];
+        }
+    }
+}
+
+static packed3 displaced(const points *p, const clast_displace_job *job, uint32_t i)
 {
     uint32_t numbers = job->numbers != NULL ? job->numbers[i] : 0x020100;
     const clast_displace_corner *a = &job->corners[numbers & 255], *b = &job->corners[numbers >> 8 & 255];
     const clast_displace_corner *c = &job->corners[numbers >> 16];
-    clast_weights w = weights_of(job->weights[i]);
+    clast_weights own = weights_of(job->weights[i]), w = own;
+    if (job->within != NULL) {
+        w = weights_within(job->within[0], job->within[1], job->within[2], own);
+    }
     float of[DISPLACE_ATTRIBUTES];
     for (int k = 0; k < DISPLACE_ATTRIBUTES; k++) {
         of[k] = blend1(a->of[k], b->of[k], c->of[k], w);
     }
+    vec3 position = vec3(of[0], of[1], of[2]);
+    if (job->curve != NULL) {
+        position = curved_blend(p->positions, p->controls, curved_weights(w));
+    }
+    of[DISPLACE_LEVEL] = blend1(a->of[DISPLACE_LEVEL], b->of[DISPLACE_LEVEL], c->of[DISPLACE_LEVEL], own);
     float height = job->offset;
     if (job->height != NULL) {
         height = clast_height_value(job->height, vec2(of[6], of[7]), of[8]) * job->scale + job->offset;
     }
-    return store3(displaced_point(vec3(of[0], of[1], of[2]), vec3(of[3], of[4], of[5]), height));
+    return store3(displaced_point(position, vec3(of[3], of[4], of[5]), height));
 }
 
 static void make_job(points *p, randoms *r, const clast_height *height, clast_displace_job *job)
@@ -165,8 +198,14 @@ static void make_job(points *p, randoms *r, const clast_height *height, clast_di
         p->numbers[i] = next(r) & 0xffffff;
     }
     job->numbers = below(r, 2) == 0 ? p->numbers : NULL;
+    make_curve(p);
+    job->curve = job->numbers == NULL && below(r, 2) == 0 ? &p->curve : NULL;
+    job->within = job->curve != NULL && below(r, 2) == 0 ? p->within : NULL;
+    for (uint32_t k = 0; k < 3; k++) {
+        p->within[k] = weights_of(any_weights(r));
+    }
     for (uint32_t i = 0; i < job->count; i++) {
-        p->wanted[i] = displaced(job, i);
+        p->wanted[i] = displaced(p, job, i);
     }
 }
 
