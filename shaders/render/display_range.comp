@@ -16,7 +16,7 @@ void main()
     uint number = linear_group() * 128u + gl_LocalInvocationIndex;
     uint value = number < push.count ? word_at(number) : 0u;
     bool is_depth = push.view == CLAST_VIEW_DEPTH;
-    if (number < push.count && (is_depth ? display_is_there(uintBitsToFloat(value)) : value != CLAST_NONE)) {
+    if (number < push.count && (is_depth ? display_is_there(uintBitsToFloat(value)) : value != 0u && value != CLAST_NONE)) {
         atomicMin(least, value);
         atomicMax(most, value);
     }

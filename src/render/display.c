@@ -82,7 +82,7 @@ static void find_range(display_job *job, size_t count)
         const uint32_t *samples = job->values;
         uint32_t least = UINT32_MAX, most = 1;
         for (size_t i = 0; i < count; i++) {
-            bool there = samples[i] != CLAST_NONE;
+            bool there = samples[i] != 0 && samples[i] != CLAST_NONE;
             least = there ? min_uint(least, samples[i]) : least;
             most = there ? max_uint(most, samples[i]) : most;
         }
