@@ -165,11 +165,7 @@ vec4 read_level(materials_reference all, clast_device_texture_use use, vec2 at, 
     if (level != 0u) {
         image = use.levels;
     }
-    vec4 value = level_blend(all, image, level != 0u ? level - 1u : 0u, place.x, place.y, encoding);
-    if (level == 0u && encoding == ENCODING_NORMAL) {
-        value[3] = 0.0f;
-    }
-    return value;
+    return level_blend(all, image, level != 0u ? level - 1u : 0u, place.x, place.y, encoding);
 }
 
 // A material's texture at a place of a surface; `otherwise` where there is none. Of a normal map, the fourth value is what the
@@ -191,21 +187,27 @@ vec4 texture_value(materials_reference all, material_reference material, uint sl
     uint level = to_uint(taps.level);
     precise float part = taps.level - to_float(level);
     uint shift = part > 0.0f ? 1u : 0u;
-    bool joins_normals = taps.count > 1u && encoding == ENCODING_NORMAL;
+    bool joins_normals = encoding == ENCODING_NORMAL && !taps_are_one_point(taps);
     vec4 mean = vec4(0.0f, 0.0f, 0.0f, 0.0f);
     vec4 finer = mean;
     [[dont_unroll]] for (uint i = 0u; i < taps.count << shift; i++) {
         uint coarser = i & shift;
         vec4 value = read_level(all, use, at, level + coarser, encoding);
+        if (joins_normals) {
+            value = normal_vector(value, level + coarser);
+        }
         if (coarser != shift) {
             finer = value;
             continue;
         }
         value = shift != 0u ? blend_texels(finer, value, part) : value;
-        mean = mean_with(mean, joins_normals ? normal_tap(value) : value, i >> shift);
+        mean = mean_with(mean, value, i >> shift);
         at = at + load2(taps.step);
     }
-    return joins_normals ? normal_of_taps(mean) : mean;
+    if (encoding == ENCODING_NORMAL) {
+        mean = joins_normals ? normal_value(mean) : vec4(mean[0], mean[1], mean[2], 0.0f);
+    }
+    return mean;
 }
 
 float image_alpha(materials_reference all, clast_device_image image, uint x, uint y)

@@ -18,7 +18,7 @@ typedef struct image_job {
     clast_file_view file;
     clast_bytes bytes;
     clast_image image;
-    clast_image_blocks blocks;
+    clast_image_parts parts;
     clast_status status;
 } image_job;
 
@@ -49,7 +49,8 @@ static void close_image(clast_gltf *gltf, image_job *job)
     clast_file_unmap(gltf->context, &job->file);
     clast_free(gltf->context, job->block);
     clast_free(gltf->context, (void *)job->image.pixels);
-    clast_free(gltf->context, job->blocks.data);
+    clast_free(gltf->context, job->parts.blocks.data);
+    clast_levels_free(gltf->context, &job->parts.levels);
 }
 
 static void decode_images(void *data, size_t begin, size_t end, uint32_t worker)
@@ -58,8 +59,8 @@ static void decode_images(void *data, size_t begin, size_t end, uint32_t worker)
     image_job *jobs = data;
     for (size_t i = begin; i < end; i++) {
         image_job *job = &jobs[i];
-        job->status = clast_decode_image_blocks(job->context, job->name, job->bytes.data, job->bytes.size, &job->image,
-                                                &job->blocks);
+        job->status = clast_decode_image_parts(job->context, job->name, job->bytes.data, job->bytes.size, &job->image,
+                                               &job->parts);
     }
 }
 
@@ -85,14 +86,14 @@ static void take_image(clast_gltf *gltf, image_job *job)
     }
     clast_image image = job->image;
     uint64_t size = (uint64_t)image.width * image.height * image.channels * clast_pixel_size(image.type);
-    if (!clast_gltf_account(gltf, &value, size, 1)) {
+    if (!clast_gltf_account(gltf, &value, size + job->parts.levels.bytes, 1)) {
         return;
     }
     job->image.pixels = NULL;
     uint32_t *number = &gltf->images[job->index];
-    if (clast_gltf_check(gltf, clast_scene_adopt_image(gltf->scene, &image, name, number)) &&
-        job->blocks.data != NULL) {
-        clast_scene_adopt_blocks(gltf->scene, *number, &job->blocks);
+    if (clast_gltf_check(gltf, clast_scene_adopt_image(gltf->scene, &image, name, number))) {
+        clast_scene_adopt_blocks(gltf->scene, *number, &job->parts.blocks);
+        clast_scene_adopt_levels(gltf->scene, *number, &job->parts.levels);
     }
 }
 

@@ -96,23 +96,53 @@ bool clast_is_image(clast_bytes bytes)
     return decoder_of(bytes) != NULL;
 }
 
+bool clast_image_take_level(clast_context *context, const clast_image *finest, uint32_t level, uint32_t count,
+                            clast_image *decoded, clast_image_levels *levels)
+{
+    bool is_level = decoded->width == clast_level_side(finest->width, level) && decoded->channels == finest->channels &&
+                    decoded->height == clast_level_side(finest->height, level) && decoded->type == finest->type;
+    if (is_level && level == 1) {
+        is_level = clast_levels_create(context, finest, finest->channels, finest->type, count, levels) == CLAST_OK;
+    }
+    if (is_level) {
+        clast_image place = clast_level_image(finest, levels, level);
+        memcpy((void *)place.pixels, decoded->pixels,
+               (size_t)place.width * place.height * place.channels * clast_pixel_size(place.type));
+    }
+    levels->count = is_level ? level : level - 1; // as far as they have come
+    clast_image_free(context, decoded);
+    return is_level;
+}
+
 clast_status clast_decode_image(clast_context *context, const char *name, const void *data, uint64_t size,
                                 clast_image *image)
 {
-    return clast_decode_image_blocks(context, name, data, size, image, NULL);
+    return clast_decode_image_parts(context, name, data, size, image, NULL);
 }
 
-clast_status clast_decode_image_blocks(clast_context *context, const char *name, const void *data, uint64_t size,
-                                       clast_image *image, clast_image_blocks *blocks)
+typedef clast_status parts_decoder(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                   clast_image_parts *parts);
+
+// Null where a format has pixels alone.
+static parts_decoder *parts_decoder_of(decoder *decode)
+{
+    return decode == clast_dds_decode    ? clast_dds_decode_parts
+           : decode == clast_ktx_decode  ? clast_ktx_decode_parts
+           : decode == clast_ktx2_decode ? clast_ktx2_decode_parts
+                                         : NULL;
+}
+
+clast_status clast_decode_image_parts(clast_context *context, const char *name, const void *data, uint64_t size,
+                                      clast_image *image, clast_image_parts *parts)
 {
     clast_bytes bytes = {data, size};
     *image = (clast_image){0};
-    if (blocks != NULL) {
-        *blocks = (clast_image_blocks){0};
+    if (parts != NULL) {
+        *parts = (clast_image_parts){0};
     }
     decoder *decode = decoder_of(bytes);
-    if (decode == clast_dds_decode) {
-        return clast_dds_decode_blocks(context, name, bytes, image, blocks);
+    if (parts_decoder_of(decode) != NULL) {
+        return parts_decoder_of(decode)(context, name, bytes, image, parts);
     }
     if (decode != NULL) {
         return decode(context, name, bytes, image);

@@ -7,7 +7,7 @@
 #include "base/file.h"
 #include "clast/image.h"
 #include "load/bytes.h"
-#include "scene/blocks.h"
+#include "scene/levels.h"
 
 // Bounds on hostile headers: what is larger is refused before anything is allocated.
 enum { CLAST_IMAGE_SIDE = 65536 };
@@ -32,11 +32,20 @@ clast_status clast_jpeg_decode(clast_context *context, const char *name, clast_b
 clast_status clast_hdr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_pfm_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_dds_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
-// The same, with the blocks that the pixels were decoded from where a device would read the same in them; `blocks` may be null.
-clast_status clast_dds_decode_blocks(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
-                                     clast_image_blocks *blocks);
 clast_status clast_ktx_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_ktx2_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
+// The same with blocks and levels; `parts` is empty, or null. Levels that are broken, or broken off, are left out with all below
+// them: the picture is there without them.
+clast_status clast_dds_decode_parts(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                    clast_image_parts *parts);
+clast_status clast_ktx_decode_parts(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                    clast_image_parts *parts);
+clast_status clast_ktx2_decode_parts(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                     clast_image_parts *parts);
+// Puts a level of a file, decoded, where it belongs, and frees it; the first time, makes room for `count`. False where it is no such
+// level, or memory ran out: then no further level is taken.
+bool clast_image_take_level(clast_context *context, const clast_image *finest, uint32_t level, uint32_t count,
+                            clast_image *decoded, clast_image_levels *levels);
 clast_status clast_webp_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_tga_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);
 clast_status clast_exr_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// DDS files (Microsoft, DDS File Layout; the header of Direct3D 9 and that of Direct3D 10): the largest level of a plane
-// texture.
+// DDS files (Microsoft, DDS File Layout; the header of Direct3D 9 and that of Direct3D 10): a plane
+// texture with its levels.
 #include <string.h>
 
 #include "load/texel.h"
@@ -27,6 +27,7 @@ enum {
 // The parts of the older header that matter.
 typedef struct dds_header {
     uint32_t height, width;
+    uint32_t levels;                      // with the largest; 0 is one
     uint32_t flags, code, bits, masks[4]; // of the pixel format
     uint32_t caps;
 } dds_header;
@@ -34,8 +35,10 @@ typedef struct dds_header {
 static void read_header(const unsigned char *at, dds_header *header)
 {
     const unsigned char *format = at + 72;
-    *header = (dds_header){
-        .height = clast_load_word(at + 8), .width = clast_load_word(at + 12), .caps = clast_load_word(at + 108)};
+    *header = (dds_header){.height = clast_load_word(at + 8),
+                           .width = clast_load_word(at + 12),
+                           .levels = clast_load_word(at + 24),
+                           .caps = clast_load_word(at + 108)};
     header->flags = clast_load_word(format + 4);
     header->code = clast_load_word(format + 8);
     header->bits = clast_load_word(format + 12);
@@ -168,8 +171,31 @@ static clast_status copy_blocks(clast_context *context, const clast_texel_format
     return CLAST_OK;
 }
 
-clast_status clast_dds_decode_blocks(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
-                                     clast_image_blocks *blocks)
+// The levels follow the picture, each the one before it. `pixels` was decoded: the first is there.
+static void read_levels(clast_context *context, const char *name, const clast_texel_format *format,
+                        const dds_header *header, clast_bytes pixels, uint64_t stored, const clast_image *image,
+                        clast_image_levels *levels)
+{
+    uint32_t most = clast_level_count(image->width, image->height);
+    uint32_t count = header->levels == 0 ? 0 : header->levels - 1 < most ? header->levels - 1 : most;
+    uint64_t offset = 0;
+    bool goes_on = true;
+    for (uint32_t level = 1; level <= count && goes_on; level++) {
+        uint64_t size = 0;
+        uint32_t width = clast_level_side(image->width, level), height = clast_level_side(image->height, level);
+        clast_texel_image_size(format, clast_level_side(image->width, level - 1),
+                               clast_level_side(image->height, level - 1), &size);
+        offset += size;
+        clast_bytes rest;
+        clast_image decoded = {0};
+        goes_on = offset < pixels.size && clast_bytes_slice(pixels, offset, pixels.size - offset, &rest) &&
+                  clast_texel_decode(context, name, format, rest, stored, width, height, &decoded) == CLAST_OK &&
+                  clast_image_take_level(context, image, level, count, &decoded, levels);
+    }
+}
+
+clast_status clast_dds_decode_parts(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                    clast_image_parts *parts)
 {
     clast_bytes pixels;
     dds_header header;
@@ -192,16 +218,19 @@ clast_status clast_dds_decode_blocks(clast_context *context, const char *name, c
     if (status == CLAST_OK) {
         status = clast_texel_decode(context, name, &format, pixels, bytes.size, header.width, header.height, image);
     }
-    if (status == CLAST_OK && blocks != NULL && means_the_same(&format)) {
-        status = copy_blocks(context, &format, &header, pixels, blocks);
+    if (status == CLAST_OK && parts != NULL && means_the_same(&format)) {
+        status = copy_blocks(context, &format, &header, pixels, &parts->blocks);
         if (status != CLAST_OK) {
             clast_image_free(context, image);
         }
+    }
+    if (status == CLAST_OK && parts != NULL) {
+        read_levels(context, name, &format, &header, pixels, bytes.size, image, &parts->levels);
     }
     return status;
 }
 
 clast_status clast_dds_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
 {
-    return clast_dds_decode_blocks(context, name, bytes, image, NULL);
+    return clast_dds_decode_parts(context, name, bytes, image, NULL);
 }

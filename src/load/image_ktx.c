@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// KTX files of both versions (Khronos Group, KTX File Format 1.0; KTX 2.0): the largest level of a plane texture, packed by zstd
-// or not.
+// KTX files of both versions (Khronos Group, KTX File Format 1.0; KTX 2.0): a plane texture with its levels, packed by zstd or
+// not.
 #include <zstd.h>
 
 #include "load/texel.h"
@@ -102,7 +102,7 @@ static clast_status decode_texels(ktx_reader *reader, clast_bytes texels, clast_
 
 typedef struct older_header {
     bool is_swapped; // written by a machine that stores the high byte first
-    uint32_t type, type_size, layout, internal_format, width, height, depth, layers, faces, pairs_size;
+    uint32_t type, type_size, layout, internal_format, width, height, depth, layers, faces, levels, pairs_size;
 } older_header;
 
 static bool read_older_header(clast_bytes bytes, older_header *header)
@@ -119,8 +119,8 @@ static bool read_older_header(clast_bytes bytes, older_header *header)
         words[i] = swap_word(words[i]);
     }
     uint32_t kept = header->is_swapped;
-    *header = (older_header){kept,     words[1], words[2], words[3],  words[4], words[6],
-                             words[7], words[8], words[9], words[10], words[12]};
+    *header = (older_header){kept,     words[1], words[2], words[3],  words[4],  words[6],
+                             words[7], words[8], words[9], words[10], words[11], words[12]};
     return words[0] == 0x04030201;
 }
 
@@ -223,7 +223,47 @@ static clast_status decode_rows(ktx_reader *reader, const older_header *header, 
     return status;
 }
 
-clast_status clast_ktx_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
+static clast_status decode_older_level(ktx_reader *reader, const older_header *header, clast_bytes level,
+                                       clast_image *image)
+{
+    return header->type == 0 ? decode_texels(reader, level, image) : decode_rows(reader, header, level, image);
+}
+
+// How many levels below the largest a file says it has; those that cannot be are not counted.
+static uint32_t levels_below(const clast_image *image, uint32_t levels)
+{
+    uint32_t most = clast_level_count(image->width, image->height);
+    return levels == 0 ? 0 : levels - 1 < most ? levels - 1 : most;
+}
+
+static void choose_level(ktx_reader *reader, const clast_image *finest, uint32_t level)
+{
+    reader->width = clast_level_side(finest->width, level);
+    reader->height = clast_level_side(finest->height, level);
+}
+
+// Each level has its size before it, and is padded to four bytes. `offset` is where the largest's size is.
+static void read_older_levels(ktx_reader *reader, const older_header *header, uint64_t offset, const clast_image *image,
+                              clast_image_levels *levels)
+{
+    uint32_t count = levels_below(image, header->levels);
+    bool goes_on = true;
+    for (uint32_t level = 1; level <= count && goes_on; level++) {
+        uint32_t before = clast_load_word(reader->bytes.data + offset);
+        before = header->is_swapped ? swap_word(before) : before;
+        offset += 4 + ((uint64_t)before + 3) / 4 * 4;
+        clast_bytes rest;
+        clast_image decoded = {0};
+        choose_level(reader, image, level);
+        goes_on = offset < reader->bytes.size && reader->bytes.size - offset > 4 &&
+                  clast_bytes_slice(reader->bytes, offset + 4, reader->bytes.size - offset - 4, &rest) &&
+                  decode_older_level(reader, header, rest, &decoded) == CLAST_OK &&
+                  clast_image_take_level(reader->context, image, level, count, &decoded, levels);
+    }
+}
+
+clast_status clast_ktx_decode_parts(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                    clast_image_parts *parts)
 {
     ktx_reader reader = {.context = context, .name = name, .bytes = bytes};
     older_header header;
@@ -255,7 +295,16 @@ clast_status clast_ktx_decode(clast_context *context, const char *name, clast_by
     uint64_t begin = OLDER_HEADER_SIZE + (uint64_t)header.pairs_size +
                      4; // after the level's size, which follows from the rest
     level = (clast_bytes){bytes.data + begin, bytes.size - begin};
-    return is_packed ? decode_texels(&reader, level, image) : decode_rows(&reader, &header, level, image);
+    status = decode_older_level(&reader, &header, level, image);
+    if (status == CLAST_OK && parts != NULL) {
+        read_older_levels(&reader, &header, begin - 4, image, &parts->levels);
+    }
+    return status;
+}
+
+clast_status clast_ktx_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
+{
+    return clast_ktx_decode_parts(context, name, bytes, image, NULL);
 }
 
 // --------------------------------------------------------------------------------------------------- the newer version
@@ -330,7 +379,33 @@ static clast_status decode_packed(ktx_reader *reader, clast_bytes level, uint64_
     return status;
 }
 
-clast_status clast_ktx2_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
+// A level of the index, which the file is long enough for.
+static clast_status decode_newer_level(ktx_reader *reader, uint32_t scheme, uint32_t level, clast_image *image)
+{
+    const unsigned char *at = reader->bytes.data + NEWER_HEADER_SIZE + (size_t)LEVEL_SIZE * level;
+    clast_bytes texels;
+    if (!clast_bytes_slice(reader->bytes, load_long(at), load_long(at + 8), &texels)) {
+        return malformed(reader, "the file ends before its pixels");
+    }
+    return scheme == SCHEME_ZSTD ? decode_packed(reader, texels, load_long(at + 16), image)
+                                 : decode_texels(reader, texels, image);
+}
+
+static void read_newer_levels(ktx_reader *reader, uint32_t scheme, const clast_image *image, clast_image_levels *levels)
+{
+    uint32_t count = levels_below(image, clast_load_word(reader->bytes.data + 40));
+    bool goes_on = true;
+    for (uint32_t level = 1; level <= count && goes_on; level++) {
+        clast_image decoded = {0};
+        choose_level(reader, image, level);
+        goes_on = reader->bytes.size >= NEWER_HEADER_SIZE + (uint64_t)LEVEL_SIZE * (level + 1) &&
+                  decode_newer_level(reader, scheme, level, &decoded) == CLAST_OK &&
+                  clast_image_take_level(reader->context, image, level, count, &decoded, levels);
+    }
+}
+
+clast_status clast_ktx2_decode_parts(clast_context *context, const char *name, clast_bytes bytes, clast_image *image,
+                                     clast_image_parts *parts)
 {
     ktx_reader reader = {.context = context, .name = name, .bytes = bytes};
     if (bytes.size < NEWER_HEADER_SIZE + LEVEL_SIZE) {
@@ -347,12 +422,19 @@ clast_status clast_ktx2_decode(clast_context *context, const char *name, clast_b
     if (status != CLAST_OK) {
         return status;
     }
-    clast_bytes pairs, level;
-    if (reader.width == 0 || !clast_bytes_slice(bytes, clast_load_word(at + 56), clast_load_word(at + 60), &pairs) ||
-        !clast_bytes_slice(bytes, load_long(at + NEWER_HEADER_SIZE), load_long(at + NEWER_HEADER_SIZE + 8), &level)) {
+    clast_bytes pairs;
+    if (reader.width == 0 || !clast_bytes_slice(bytes, clast_load_word(at + 56), clast_load_word(at + 60), &pairs)) {
         return malformed(&reader, reader.width == 0 ? "an image without width" : "the file ends before its pixels");
     }
     read_orientation(&reader, pairs, false);
-    return scheme == SCHEME_ZSTD ? decode_packed(&reader, level, load_long(at + NEWER_HEADER_SIZE + 16), image)
-                                 : decode_texels(&reader, level, image);
+    status = decode_newer_level(&reader, scheme, 0, image);
+    if (status == CLAST_OK && parts != NULL) {
+        read_newer_levels(&reader, scheme, image, &parts->levels);
+    }
+    return status;
+}
+
+clast_status clast_ktx2_decode(clast_context *context, const char *name, clast_bytes bytes, clast_image *image)
+{
+    return clast_ktx2_decode_parts(context, name, bytes, image, NULL);
 }

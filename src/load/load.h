@@ -28,9 +28,8 @@ clast_status clast_load_model(clast_scene *scene, const char *path);
 // block of clast_allocate.
 clast_status clast_decode_image(clast_context *context, const char *name, const void *data, uint64_t size,
                                 clast_image *image);
-// The same, with the blocks that the pixels were decoded from, where there are some that devices read alike; `blocks` may be
-// null. Their data is a block of clast_allocate too.
-clast_status clast_decode_image_blocks(clast_context *context, const char *name, const void *data, uint64_t size,
-                                       clast_image *image, clast_image_blocks *blocks);
+// The same, with what else the file has of it; `parts` may be null.
+clast_status clast_decode_image_parts(clast_context *context, const char *name, const void *data, uint64_t size,
+                                      clast_image *image, clast_image_parts *parts);
 
 #endif

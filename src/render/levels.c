@@ -3,7 +3,6 @@
 
 #include <string.h>
 
-#include "base/size.h"
 #include "base/thread.h"
 #include "render/texture.h"
 #include "shared/device_materials.h"
@@ -58,11 +57,7 @@ static void read_row(const level_job *job, uint32_t y, vec4 *row)
     }
     for (uint32_t x = 0; x < job->width_before; x++) {
         vec4 texel = sound_texel(clast_image_texel(job->image, x, y, job->encoding, job->colours));
-        if (job->encoding == CLAST_ENCODING_NORMAL) {
-            texel[3] = 0.0f;
-            texel = normal_tap(texel);
-        }
-        row[x] = texel;
+        row[x] = job->encoding == CLAST_ENCODING_NORMAL ? normal_vector(texel, 0) : texel;
     }
 }
 
@@ -196,7 +191,7 @@ static void make_row(const level_job *job, uint32_t y, const vec4 *rows)
             }
         }
         sums[x] = mean_of(&sum, job->encoding);
-        vec4 texel = job->encoding == CLAST_ENCODING_NORMAL ? normal_of_taps(sums[x]) : sums[x];
+        vec4 texel = job->encoding == CLAST_ENCODING_NORMAL ? sums[x] * 0.5f + 0.5f : sums[x];
         write_texel(job, (size_t)y * job->width + x, texel);
     }
 }
@@ -226,47 +221,23 @@ typedef struct chain {
     vec4 *rows;
 } chain;
 
-clast_image clast_level_image(const clast_image *finest, const clast_image_levels *levels, uint32_t level)
-{
-    return (clast_image){clast_level_side(finest->width, level), clast_level_side(finest->height, level),
-                         levels->channels, levels->type, (const char *)levels->pixels + levels->offsets[level - 1]};
-}
-
-// Of a picture of such channels; false where the sizes pass what memory can hold.
-static bool lay_out(const clast_image *image, clast_image_levels *levels)
-{
-    levels->count = clast_level_count(image->width, image->height);
-    for (uint32_t level = 1; level <= levels->count; level++) {
-        size_t texels, bytes;
-        levels->offsets[level - 1] = levels->bytes;
-        if (!clast_multiply_size(clast_level_side(image->width, level), clast_level_side(image->height, level),
-                                 &texels) ||
-            !clast_multiply_size(texels, levels->channels * element_bytes(levels->type), &bytes) ||
-            !clast_add_size(levels->bytes, (bytes + 15) / 16 * 16, &levels->bytes)) {
-            return false;
-        }
-    }
-    return true;
-}
-
 static clast_status begin_chain(chain *chain)
 {
     const clast_image *image = &chain->from->image;
     bool is_normal = chain->encoding == CLAST_ENCODING_NORMAL;
-    chain->levels = (clast_image_levels){.channels = is_normal ? 4 : image->channels,
-                                         .type = is_normal ? CLAST_PIXEL_UNORM16 : image->type};
-    if (!lay_out(image, &chain->levels)) {
-        return clast_fail(chain->context, CLAST_ERROR_LIMIT, "the levels of an image of %u x %u do not fit the memory",
-                          image->width, image->height);
+    clast_status status = clast_levels_create(chain->context, image, is_normal ? 3 : image->channels,
+                                              is_normal ? CLAST_PIXEL_UNORM16 : image->type, CLAST_LEVELS_MOST,
+                                              &chain->levels);
+    if (status != CLAST_OK) {
+        return status;
     }
     size_t first = (size_t)clast_level_side(image->width, 1) * clast_level_side(image->height, 1);
     size_t second = (size_t)clast_level_side(image->width, 2) * clast_level_side(image->height, 2);
-    chain->levels.pixels = clast_allocate(chain->context, chain->levels.bytes, 1);
     chain->sums[0] = clast_allocate(chain->context, first, sizeof *chain->sums[0]);
     chain->sums[1] = clast_allocate(chain->context, second, sizeof *chain->sums[1]);
     chain->rows = clast_allocate(
         chain->context, (size_t)clast_worker_count(chain->context) * TEXELS_MOST * image->width, sizeof *chain->rows);
-    bool all = chain->levels.pixels != NULL && chain->sums[0] != NULL && chain->sums[1] != NULL && chain->rows != NULL;
+    bool all = chain->sums[0] != NULL && chain->sums[1] != NULL && chain->rows != NULL;
     return all ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
 }
 

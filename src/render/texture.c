@@ -27,13 +27,13 @@ static inline vec4 texel8(const clast_image *image, size_t place, const float co
 #undef ALPHA
 }
 
-static float decode16(uint16_t value, clast_encoding encoding)
+static inline float decode16(uint16_t value, clast_encoding encoding)
 {
     float plain = unorm16(value);
     return encoding_is_srgb(encoding) ? srgb_to_linear(plain) : plain;
 }
 
-static vec4 texel16(const clast_image *image, size_t place, clast_encoding encoding)
+static inline vec4 texel16(const clast_image *image, size_t place, clast_encoding encoding)
 {
     const uint16_t *texel = (const uint16_t *)image->pixels + place * image->channels;
 #define COLOUR(c) decode16(texel[c], encoding)
@@ -63,23 +63,29 @@ vec4 clast_image_texel(const clast_image *image, uint32_t x, uint32_t y, clast_e
     }
 }
 
+// Of the four texels of two pairs.
+#define BLEND_TEXELS(texel) \
+    blend_texels(blend_texels(texel(x.first, y.first), texel(x.second, y.first), x.weight), \
+                 blend_texels(texel(x.first, y.second), texel(x.second, y.second), x.weight), y.weight)
+#define PLACE(column, row) ((size_t)(row)*image->width + (column))
+
 vec4 clast_image_blend(const clast_image *image, clast_texel_pair x, clast_texel_pair y, clast_encoding encoding,
                        const clast_srgb_table *table)
 {
     if (image->type == CLAST_PIXEL_UNORM8) { // nearly all textures: one decision for four texels
         const float *colours = encoding_is_srgb(encoding) ? table->linear : table->plain;
-        size_t upper = (size_t)y.first * image->width, lower = (size_t)y.second * image->width;
-        vec4 a = texel8(image, upper + x.first, colours, table->plain),
-             b = texel8(image, upper + x.second, colours, table->plain);
-        vec4 c = texel8(image, lower + x.first, colours, table->plain),
-             d = texel8(image, lower + x.second, colours, table->plain);
-        return blend_texels(blend_texels(a, b, x.weight), blend_texels(c, d, x.weight), y.weight);
+#define TEXEL(column, row) texel8(image, PLACE(column, row), colours, table->plain)
+        return BLEND_TEXELS(TEXEL);
+#undef TEXEL
     }
-    vec4 upper = blend_texels(clast_image_texel(image, x.first, y.first, encoding, table),
-                              clast_image_texel(image, x.second, y.first, encoding, table), x.weight);
-    vec4 lower = blend_texels(clast_image_texel(image, x.first, y.second, encoding, table),
-                              clast_image_texel(image, x.second, y.second, encoding, table), x.weight);
-    return blend_texels(upper, lower, y.weight);
+    if (image->type == CLAST_PIXEL_UNORM16 && !encoding_is_srgb(encoding)) { // and levels of normal maps
+#define TEXEL(column, row) texel16(image, PLACE(column, row), CLAST_ENCODING_LINEAR)
+        return BLEND_TEXELS(TEXEL);
+#undef TEXEL
+    }
+#define TEXEL(column, row) clast_image_texel(image, column, row, encoding, table)
+    return BLEND_TEXELS(TEXEL);
+#undef TEXEL
 }
 
 // ----------------------------------------------------------------------------------------------------------- textures
@@ -145,9 +151,6 @@ static vec4 read_level(const reading *from, vec2 place, uint32_t level)
         clast_texel_pair y = linear_texels(place[1], texture->wrap_v, image.height);
         value = clast_image_blend(&image, x, y, from->encoding, from->table);
     }
-    if (level == 0 && from->encoding == CLAST_ENCODING_NORMAL) {
-        value[3] = 0.0f;
-    }
     return value;
 }
 
@@ -155,22 +158,27 @@ static vec4 read_tap(const reading *from, vec2 place)
 {
     uint32_t level = to_uint(from->taps.level);
     float part = from->taps.level - to_float(level);
-    vec4 value = read_level(from, place, level);
-    return part > 0.0f ? blend_texels(value, read_level(from, place, level + 1), part) : value;
+    vec4 value = read_level(from, place, level), coarser = value;
+    if (part > 0.0f) {
+        coarser = read_level(from, place, level + 1);
+    }
+    if (from->encoding == CLAST_ENCODING_NORMAL) {
+        value = normal_vector(value, level);
+        coarser = normal_vector(coarser, level + 1);
+    }
+    return part > 0.0f ? blend_texels(value, coarser, part) : value;
 }
 
 static vec4 read_taps(const reading *from)
 {
     const clast_texture_taps *taps = &from->taps;
-    bool is_normal = from->encoding == CLAST_ENCODING_NORMAL;
     vec2 place = from->middle + load2(taps->first);
     vec4 mean = vec4(0.0f, 0.0f, 0.0f, 0.0f);
     for (uint32_t i = 0; i < taps->count; i++) {
-        vec4 value = read_tap(from, place);
-        mean = mean_with(mean, is_normal ? normal_tap(value) : value, i);
+        mean = mean_with(mean, read_tap(from, place), i);
         place = place + load2(taps->step);
     }
-    return is_normal ? normal_of_taps(mean) : mean;
+    return from->encoding == CLAST_ENCODING_NORMAL ? normal_value(mean) : mean;
 }
 
 vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const clast_texture_area *area,
@@ -183,7 +191,11 @@ vec4 clast_texture_value(const clast_scene *scene, clast_texture_use use, const 
     }
     reading from = read_place(scene, texture, use, area, encoding);
     from.table = table;
-    return from.taps.count > 1 ? read_taps(&from) : read_tap(&from, from.middle);
+    if (taps_are_one_point(from.taps)) { // most of what is near
+        vec4 value = read_level(&from, from.middle, 0);
+        return encoding == CLAST_ENCODING_NORMAL ? vec4(value[0], value[1], value[2], 0.0f) : value;
+    }
+    return read_taps(&from);
 }
 
 static size_t texel_bytes(const clast_image *image)

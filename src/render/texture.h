@@ -23,8 +23,6 @@ typedef enum clast_encoding {
 
 // How a picture's levels are made that is used for an encoding: without alpha, nothing is cut out.
 clast_encoding clast_levels_encoding(const clast_image *image, clast_encoding encoding);
-// A level below the finest, as a picture.
-clast_image clast_level_image(const clast_image *finest, const clast_image_levels *levels, uint32_t level);
 
 // A texel as red, green, blue, alpha: grey counts for all colours, a missing alpha is one.
 vec4 clast_image_texel(const clast_image *image, uint32_t x, uint32_t y, clast_encoding encoding,

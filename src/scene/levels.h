@@ -4,7 +4,9 @@
 #ifndef CLAST_SCENE_LEVELS_H
 #define CLAST_SCENE_LEVELS_H
 
+#include "base/context.h"
 #include "clast/scene.h"
+#include "scene/blocks.h"
 
 enum { CLAST_LEVELS_MOST = 16 }; // below the finest, of 65536 texels a side
 
@@ -32,5 +34,19 @@ static inline uint32_t clast_level_count(uint32_t width, uint32_t height)
     }
     return count;
 }
+
+// What a file has of a picture beside its pixels. All data are blocks of clast_allocate.
+typedef struct clast_image_parts {
+    clast_image_blocks blocks; // that the pixels were decoded from, where devices read them alike
+    clast_image_levels levels;
+} clast_image_parts;
+
+// Allocates `count` levels below a picture (fewer where it has fewer), of its type and channels or of others; the pixels are
+// undefined yet. Where memory runs out, `levels` is empty.
+clast_status clast_levels_create(clast_context *context, const clast_image *finest, uint32_t channels,
+                                 clast_pixel_type type, uint32_t count, clast_image_levels *levels);
+// A level, which begins at 1, as a picture.
+clast_image clast_level_image(const clast_image *finest, const clast_image_levels *levels, uint32_t level);
+void clast_levels_free(clast_context *context, clast_image_levels *levels);
 
 #endif

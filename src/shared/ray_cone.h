@@ -10,8 +10,12 @@
 
 TABLE float CONE_LOBE = 0.140625f;    // sqrt(4 / (64 pi)): as if 64 paths shared what a surface scatters
 TABLE float CONE_SPREAD_MOST = 1.0f;  // radians: wider ones see no more than half of what surrounds them
+TABLE float CONE_NARROW = 0.02f;      // radians
 TABLE float CONE_COSINE_LEAST = 1e-3f;
 TABLE float TAPS_MOST = 16.0f;        // along the longer axis of what a sample sees
+
+LIMIT(WHOLE_SAMPLES, 16u, "of a pixel that look at all they see of textures, where that is little")
+TABLE float NORMAL_ROUNDING = 5e-5f; // of a vector's length, that its three numbers of 16 bits leave open
 
 // A circle around a ray: its diameter at the ray's origin, and how much that grows for each length.
 RECORD(clast_ray_cone)
@@ -25,6 +29,13 @@ RECORD_SIZE(clast_ray_cone, 8)
 // texels that come and go; the next three share it, and those that follow are so many that the pixel's own filter does the rest:
 // textures blur what it makes by a few hundredths only.
 FN float sample_share(uint sample_number) { return sample_number == 0u ? 1.0f : sample_number < 4u ? 0.5f : 0.25f; }
+
+// Whether all of what a sample's cone covers is looked at, so that little is left to chance: by the first samples, and as it
+// comes from the camera or by way of mirrors. What a wide one finds counts by chance anyhow, and so many samples find the rest.
+FN bool cone_is_whole(clast_ray_cone cone, uint sample_number)
+{
+    return sample_number < WHOLE_SAMPLES && abs1(cone.spread) < CONE_NARROW;
+}
 
 // Around the ray of a pixel's sample, in a picture of so many rows.
 FN clast_ray_cone camera_cone(clast_camera camera, uint rows, vec3 direction, uint sample_number)
@@ -139,21 +150,26 @@ FN clast_texture_taps texture_taps(clast_footprint at, uint width, uint height, 
     vec2 a = load2(at.first) * size;
     vec2 b = load2(at.second) * size;
     float xx = a[0] * a[0] + b[0] * b[0];
-    float xy = a[0] * a[1] + b[0] * b[1];
     float yy = a[1] * a[1] + b[1] * b[1];
+    precise bool fits = xx + yy <= 1.0f; // no axis is longer than a texel
+    if (fits || levels == 0u) {
+        return taps;
+    }
+    float xy = a[0] * a[1] + b[0] * b[1];
     float difference = 0.5f * (xx - yy);
     float root = rough_sqrt(difference * difference + xy * xy);
     float major = rough_sqrt(0.5f * (xx + yy) + root); // the longer of the ellipse's own axes
     precise bool magnifies = !(major > 1.0f);          // also where it is no number
-    if (magnifies || levels == 0u) {
+    if (magnifies) {
         return taps;
     }
     float most = to_float(levels);
     bool finite = is_finite1(major);
     float minor = max1(rough_divide(abs1(a[0] * b[1] - a[1] * b[0]), major), rough_divide(major, TAPS_MOST));
     float thick = clamp1(minor, 1.0f, 65536.0f);
-    float level = min1(rough_log(thick) * 1.44269504f, most);
-    taps.level = finite ? (whole ? level : floor1(level)) : most;
+    uint exponent = (floatBitsToUint(thick) >> 23u) - 127u; // the level below, whole
+    float level = whole ? rough_log(thick) * 1.44269504f : to_float(exponent);
+    taps.level = finite ? min1(level, most) : most;
     if (whole && finite) {
         float points = clamp1(rough_divide(major, thick), 1.0f, TAPS_MOST);
         taps.count = to_uint(points + 0.999f);
@@ -167,6 +183,9 @@ FN clast_texture_taps texture_taps(clast_footprint at, uint width, uint height, 
     }
     return taps;
 }
+
+// Whether one value of the finest level is all that is read.
+FN bool taps_are_one_point(clast_texture_taps taps) { return taps.count == 1u && taps.level == 0.0f; }
 
 // A footprint under KHR_texture_transform, whose offset moves no difference.
 FN clast_footprint transform_footprint(clast_texture_use use, clast_footprint at)
@@ -185,22 +204,23 @@ FN vec4 mean_with(vec4 mean, vec4 value, uint before)
     return before == 0u ? value : mean + (value - mean) * rough_divide(1.0f, to_float(before + 1u));
 }
 
-// A texel of a normal map's as a vector that is as long as the directions it stands for agree. Its fourth value is what they
-// lack of one: made by the levels, zero on the finest.
-FN vec4 normal_tap(vec4 texel)
+// A value of a normal map at a level, as a vector that is as long as the directions it stands for agree. The finest level's stand
+// for one; below it, values are means of such vectors, so that their blends are, too.
+FN vec4 normal_vector(vec4 value, uint level)
 {
-    vec3 direction = normalize3(vec3(2.0f * texel[0] - 1.0f, 2.0f * texel[1] - 1.0f, 2.0f * texel[2] - 1.0f));
-    direction = direction * (1.0f - texel[3]);
-    return vec4(direction[0], direction[1], direction[2], 0.0f);
+    vec3 vector = vec3(2.0f * value[0] - 1.0f, 2.0f * value[1] - 1.0f, 2.0f * value[2] - 1.0f);
+    vector = level == 0u ? normalize3(vector) : vector;
+    return vec4(vector[0], vector[1], vector[2], 0.0f);
 }
 
-// The mean of such vectors as a texel.
-FN vec4 normal_of_taps(vec4 mean)
+// Such a vector as a value of a normal map, with what its length lacks of one. Less than what rounding may make of it is nothing:
+// what is a mirror stays one.
+FN vec4 normal_value(vec4 mean)
 {
     vec3 vector = vec3(mean[0], mean[1], mean[2]);
-    float agreement = min1(length3(vector), 1.0f);
-    vec3 direction = agreement > 1e-6f ? vector * rough_divide(0.5f, length3(vector)) : vec3(0.0f, 0.0f, 0.5f);
-    return vec4(direction[0] + 0.5f, direction[1] + 0.5f, direction[2] + 0.5f, 1.0f - agreement);
+    float agreement = length3(vector);
+    vec3 halved = agreement > 1e-6f ? vector * rough_divide(0.5f, agreement) : vec3(0.0f, 0.0f, 0.5f);
+    return vec4(halved[0] + 0.5f, halved[1] + 0.5f, halved[2] + 0.5f, clamp1(1.0f - NORMAL_ROUNDING - agreement, 0.0f, 1.0f));
 }
 
 #endif

@@ -281,16 +281,46 @@ static void blocks_are_kept_for_devices(void **state)
         }
         file.size = 160;
         clast_image image;
-        clast_image_blocks blocks;
-        assert_ok(f->context, clast_decode_image_blocks(f->context, "picture", file.bytes, file.size, &image, &blocks));
-        assert_true((blocks.data != NULL) == cases[i].kept);
-        assert_int_equal(blocks.bytes, cases[i].bytes);
+        clast_image_parts parts;
+        assert_ok(f->context, clast_decode_image_parts(f->context, "picture", file.bytes, file.size, &image, &parts));
+        assert_true((parts.blocks.data != NULL) == cases[i].kept);
+        assert_int_equal(parts.blocks.bytes, cases[i].bytes);
         if (cases[i].kept) {
-            assert_int_equal(blocks.format, cases[i].format);
-            assert_memory_equal(blocks.data, file.bytes + 128, blocks.bytes);
+            assert_int_equal(parts.blocks.format, cases[i].format);
+            assert_memory_equal(parts.blocks.data, file.bytes + 128, parts.blocks.bytes);
         }
         clast_image_free(f->context, &image);
-        clast_free(f->context, blocks.data);
+        clast_free(f->context, parts.blocks.data);
+        assert_int_equal(parts.levels.count, 0);
+    }
+}
+
+// 5 x 3, 2 x 1 and 1 x 1 pixels of 8 bits, one after the other. Where the file ends, levels do; a count means no more than there
+// can be.
+static void levels_follow_the_picture(void **state)
+{
+    fixture *f = *state;
+    for (uint32_t there = 0; there <= 3; there++) {
+        dds_file file = begin_file(5, 3, "DX10");
+        put_word(&file, 128, 61); // one channel
+        put_word(&file, 132, 3);
+        put_word(&file, 140, 1);
+        put_word(&file, 28, there == 0 ? 1 : 1000);
+        for (size_t i = 0; i < 18; i++) {
+            file.bytes[148 + i] = (unsigned char)(i + 1);
+        }
+        file.size = 148 + 15 + there;
+        clast_image image;
+        clast_image_parts parts;
+        assert_ok(f->context, clast_decode_image_parts(f->context, "picture", file.bytes, file.size, &image, &parts));
+        assert_int_equal(parts.levels.count, there < 2 ? 0 : there - 1);
+        if (there == 3) {
+            const unsigned char *first = clast_level_image(&image, &parts.levels, 1).pixels;
+            const unsigned char *second = clast_level_image(&image, &parts.levels, 2).pixels;
+            assert_true(first[0] == 16 && first[1] == 17 && second[0] == 18);
+        }
+        clast_image_free(f->context, &image);
+        clast_levels_free(f->context, &parts.levels);
     }
 }
 
@@ -432,6 +462,7 @@ int main(void)
         LOADER_TEST(masks_with_holes_or_outside_are_refused),
         LOADER_TEST(a_block_has_sixteen_pixels_of_which_the_image_takes_some),
         LOADER_TEST(blocks_are_kept_for_devices),
+        LOADER_TEST(levels_follow_the_picture),
         LOADER_TEST(every_cut_and_every_size_beyond_the_file_is_refused),
         LOADER_TEST(arrays_cubes_and_volumes_are_refused),
         cmocka_unit_test(any_block_decodes),

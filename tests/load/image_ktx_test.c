@@ -222,6 +222,60 @@ static void plain_and_packed_levels_are_read(void **state)
     }
 }
 
+// 4 x 2, 2 x 1 and 1 x 1 pixels. `cut` bytes are missing at the end; as many levels below the first are expected.
+static void assert_levels(fixture *f, const ktx_file *file, size_t cut, uint32_t expected)
+{
+    clast_image image;
+    clast_image_parts parts;
+    assert_ok(f->context,
+              clast_decode_image_parts(f->context, "picture", file->data, file->size - cut, &image, &parts));
+    assert_int_equal(image.width, 4);
+    assert_int_equal(parts.levels.count, expected);
+    for (uint32_t level = 1; level <= expected; level++) {
+        clast_image made = clast_level_image(&image, &parts.levels, level);
+        assert_memory_equal(made.pixels, level == 1 ? "\12\13" : "\14", level == 1 ? 2 : 1);
+    }
+    clast_image_free(f->context, &image);
+    clast_levels_free(f->context, &parts.levels);
+}
+
+static void levels_of_both_versions_are_read(void **state)
+{
+    fixture *f = *state;
+    ktx_file file = begin_older(older_grey, 4, 2, false);
+    put_word(&file, 56, 3);
+    put_word(&file, 64, 8);
+    append(&file, "\1\2\3\4\5\6\7\10\4\0\0\0\12\13\0\0\4\0\0\0\14\0\0\0", 24);
+    assert_levels(f, &file, 0, 2);
+    assert_levels(f, &file, 4, 1);
+    assert_levels(f, &file, 12, 0);
+    put_word(&file, 56, 1);
+    assert_levels(f, &file, 0, 0);
+    put_word(&file, 56, 0xffffffff);
+    assert_levels(f, &file, 0, 2);
+
+    file = begin_newer(9, 4, 2, 0, 1, 0);
+    put_word(&file, 40, 3);
+    put_word(&file, 48, 200); // the index of three levels lies where the descriptor was
+    memset(file.data + 80, 0, 72);
+    memset(file.data + 200, 0, 44);
+    put_word(&file, 200, 44);
+    file.data[212] = 1;
+    file.size = 256;
+    append(&file, "\14\12\13\1\2\3\4\5\6\7\10", 11); // the smallest comes first
+    const uint32_t places[3][2] = {{259, 8}, {257, 2}, {256, 1}};
+    for (size_t level = 0; level < 3; level++) {
+        put_word(&file, 80 + 24 * level, places[level][0]);
+        put_word(&file, 88 + 24 * level, places[level][1]);
+        put_word(&file, 96 + 24 * level, places[level][1]);
+    }
+    assert_levels(f, &file, 0, 2);
+    put_word(&file, 128, 0xfffffff0); // the smallest lies beyond the file
+    assert_levels(f, &file, 0, 1);
+    put_word(&file, 112, 1); // and the other is too short
+    assert_levels(f, &file, 0, 0);
+}
+
 static void colours_multiplied_by_alpha_are_divided(void **state)
 {
     fixture *f = *state;
@@ -285,11 +339,12 @@ static void memory_that_runs_out_is_an_error(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        LOADER_TEST(older_rows_are_padded_to_four_bytes),     LOADER_TEST(layouts_say_the_order_of_channels),
-        LOADER_TEST(older_files_have_either_order_of_bytes),  LOADER_TEST(orientation_turns_pictures),
-        LOADER_TEST(broken_older_files_are_refused),          LOADER_TEST(plain_and_packed_levels_are_read),
-        LOADER_TEST(colours_multiplied_by_alpha_are_divided), LOADER_TEST(basis_universal_is_refused_by_name),
-        LOADER_TEST(broken_newer_files_are_refused),          LOADER_TEST(memory_that_runs_out_is_an_error),
+        LOADER_TEST(older_rows_are_padded_to_four_bytes),    LOADER_TEST(layouts_say_the_order_of_channels),
+        LOADER_TEST(older_files_have_either_order_of_bytes), LOADER_TEST(orientation_turns_pictures),
+        LOADER_TEST(broken_older_files_are_refused),         LOADER_TEST(plain_and_packed_levels_are_read),
+        LOADER_TEST(levels_of_both_versions_are_read),       LOADER_TEST(colours_multiplied_by_alpha_are_divided),
+        LOADER_TEST(basis_universal_is_refused_by_name),     LOADER_TEST(broken_newer_files_are_refused),
+        LOADER_TEST(memory_that_runs_out_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
