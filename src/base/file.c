@@ -317,6 +317,26 @@ clast_status clast_file_piece(const clast_file_source *source, uint64_t offset, 
     return CLAST_OK;
 }
 
+clast_status clast_file_look(const clast_file_source *source, clast_file_window *window, uint64_t offset, size_t size,
+                             const unsigned char **bytes)
+{
+    if (source->descriptor >= 0 && window->capacity < size) {
+        clast_file_free_window(source->context, window);
+        window->room = clast_allocate(source->context, size, 1);
+        if (window->room == NULL) {
+            return CLAST_ERROR_OUT_OF_MEMORY;
+        }
+        window->capacity = size;
+    }
+    return clast_file_piece(source, offset, size, window->room, bytes);
+}
+
+void clast_file_free_window(clast_context *context, clast_file_window *window)
+{
+    clast_free(context, window->room);
+    *window = (clast_file_window){NULL, 0};
+}
+
 static clast_status output_failed(clast_file_output *output, clast_status status)
 {
     if (output->status == CLAST_OK) {

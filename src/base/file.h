@@ -27,6 +27,17 @@ void clast_file_close(clast_file_source *source);
 clast_status clast_file_piece(const clast_file_source *source, uint64_t offset, size_t size, void *room,
                               const unsigned char **bytes);
 
+// Room for pieces, which grows as they need it; zero is empty.
+typedef struct clast_file_window {
+    unsigned char *room;
+    size_t capacity;
+} clast_file_window;
+
+// The same, with the window's room.
+clast_status clast_file_look(const clast_file_source *source, clast_file_window *window, uint64_t offset, size_t size,
+                             const unsigned char **bytes);
+void clast_file_free_window(clast_context *context, clast_file_window *window);
+
 // An output file: nothing appears under `path` before clast_file_commit, so a failure or a kill leaves no half file.
 typedef struct clast_file_output {
     clast_context *context;

@@ -4,6 +4,7 @@
 
 #include "load/account.h"
 #include "load/obj.h"
+#include "load/ply.h"
 
 // ------------------------------------------------------------------------------------------------------ kinds of JSON
 
@@ -137,7 +138,8 @@ static clast_status load_in_pieces(clast_scene *scene, const char *path, bool *i
     unsigned char room[4096];
     const unsigned char *bytes = room;
     *is_loaded = false;
-    if (loader_of_name(path) != clast_load_obj) {
+    loader *named = loader_of_name(path);
+    if (named != clast_load_obj && named != clast_load_ply) {
         return CLAST_OK;
     }
     clast_file_source file;
@@ -149,12 +151,17 @@ static clast_status load_in_pieces(clast_scene *scene, const char *path, bool *i
     status = clast_file_piece(&file, 0, size, room, &bytes);
     if (status != CLAST_OK) {
         clast_fail(scene->context, status, "%s: %s", path, clast_status_text(status));
-    } else if (is_told_by_name((clast_bytes){bytes, size})) {
-        *is_loaded = true;
-        size_t first = scene->geometry_count;
-        clast_account_read(scene, file.size);
-        status = clast_load_obj_source(scene, path, &file, CLAST_OBJ_PIECE);
-        status = status == CLAST_OK ? clast_scene_tessellate_displaced(scene, first) : status;
+    } else {
+        clast_bytes beginning = {bytes, size};
+        bool is_ply = loader_of_contents(beginning) == clast_load_ply;
+        *is_loaded = is_ply || (named == clast_load_obj && is_told_by_name(beginning));
+        if (*is_loaded) {
+            size_t first = scene->geometry_count;
+            clast_account_read(scene, file.size);
+            status = is_ply ? clast_load_ply_source(scene, path, &file)
+                            : clast_load_obj_source(scene, path, &file, CLAST_OBJ_PIECE);
+            status = status == CLAST_OK ? clast_scene_tessellate_displaced(scene, first) : status;
+        }
     }
     clast_file_close(&file);
     return status;

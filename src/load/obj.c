@@ -247,7 +247,7 @@ static void resolve_materials(clast_obj *obj)
 static void free_windows(clast_obj *obj)
 {
     for (uint32_t i = 0; obj->windows != NULL && i < clast_worker_count(obj->context); i++) {
-        clast_free(obj->context, obj->windows[i].room);
+        clast_file_free_window(obj->context, &obj->windows[i].window);
     }
     clast_free(obj->context, obj->windows);
     obj->windows = NULL;

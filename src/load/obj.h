@@ -91,8 +91,7 @@ typedef struct clast_obj_object {
 
 // Where a thread reads pieces to.
 typedef struct clast_obj_window {
-    unsigned char *room;
-    size_t capacity;
+    clast_file_window window;
     size_t piece; // that is in it, or SIZE_MAX
 } clast_obj_window;
 

@@ -70,19 +70,10 @@ clast_status clast_obj_look_at(const clast_obj *obj, size_t piece, uint32_t work
     const clast_obj_piece *p = &obj->pieces[piece];
     clast_obj_window *window = &obj->windows[worker];
     size_t size = (size_t)(p->end - p->begin);
-    const unsigned char *bytes = window->room;
-    bool is_in_memory = obj->file->descriptor < 0;
-    if (!is_in_memory && window->capacity < size) {
-        clast_free(obj->context, window->room);
-        *window = (clast_obj_window){clast_allocate(obj->context, size, 1), size, SIZE_MAX};
-        if (window->room == NULL) {
-            window->capacity = 0;
-            return CLAST_ERROR_OUT_OF_MEMORY;
-        }
-    }
-    if (is_in_memory || window->piece != piece) {
+    const unsigned char *bytes = window->window.room;
+    if (obj->file->descriptor < 0 || window->piece != piece) {
         window->piece = SIZE_MAX;
-        clast_status status = clast_file_piece(obj->file, p->begin, size, window->room, &bytes);
+        clast_status status = clast_file_look(obj->file, &window->window, p->begin, size, &bytes);
         if (status != CLAST_OK) {
             return status;
         }

@@ -55,6 +55,28 @@ static clast_status malformed(const clast_ply_reader *reader, const char *expect
 
 // ------------------------------------------------------------------------------------------------------------- values
 
+clast_status clast_ply_fail(const clast_ply_reader *reader, clast_status status)
+{
+    return status == CLAST_ERROR_FILE_READ
+               ? clast_fail(reader->context, status, "%s: %s", reader->path, clast_status_text(status))
+               : status;
+}
+
+// Has all of the file in memory, for what is not read piece by piece.
+static clast_status need_bytes(clast_ply_reader *reader)
+{
+    if (reader->bytes.data != NULL) {
+        return CLAST_OK;
+    }
+    clast_status status = clast_file_map(reader->context, reader->path, &reader->whole);
+    if (status == CLAST_OK && reader->whole.size != reader->bytes.size) {
+        status = clast_fail(reader->context, CLAST_ERROR_FILE_READ, "%s: the file has changed while it was read",
+                            reader->path);
+    }
+    reader->bytes.data = status == CLAST_OK ? reader->whole.data : NULL;
+    return status;
+}
+
 double clast_ply_value(const unsigned char *bytes, clast_ply_type type, bool big_endian)
 {
     uint64_t word = 0;
@@ -274,6 +296,9 @@ static clast_status read_vertices(clast_ply_reader *reader)
     if (status == CLAST_OK) {
         status = clast_ply_read_many_vertices(reader, roles);
     }
+    if (status == CLAST_OK && reader->item < element->count) {
+        status = need_bytes(reader);
+    }
     for (; status == CLAST_OK && reader->item < element->count; reader->item++) {
         status = read_vertex(reader, roles);
         if (status == CLAST_OK) {
@@ -375,6 +400,9 @@ static clast_status read_faces(clast_ply_reader *reader, bool strips)
     }
     const clast_ply_property *properties = properties_of(reader);
     clast_status status = strips ? CLAST_OK : clast_ply_read_many_faces(reader);
+    if (status == CLAST_OK && reader->item < element->count) {
+        status = need_bytes(reader);
+    }
     for (; status == CLAST_OK && reader->item < element->count; reader->item++) {
         for (size_t i = 0; status == CLAST_OK && i < element->property_count; i++) {
             clast_word name = properties[i].name;
@@ -420,7 +448,7 @@ static clast_status skip_element(clast_ply_reader *reader)
         reader->position += element->count * size;
         return CLAST_OK;
     }
-    clast_status status = CLAST_OK;
+    clast_status status = need_bytes(reader);
     for (reader->item = 0; status == CLAST_OK && element->property_count > 0 && reader->item < element->count;
          reader->item++) {
         for (size_t i = 0; status == CLAST_OK && i < element->property_count; i++) {
@@ -510,21 +538,49 @@ static clast_status add_mesh(clast_ply_reader *reader, clast_scene *scene)
     return status == CLAST_OK ? clast_scene_add_instance(scene, geometry, NULL, NULL, &instance) : status;
 }
 
-clast_status clast_load_ply(clast_scene *scene, const char *path, clast_file_view *file)
+// Reads the header from the file's beginning; from all of it where that is not enough, or the values are text.
+static clast_status read_header(clast_ply_reader *reader, clast_file_window *window)
+{
+    enum { BEGINNING = 1 << 16 };
+    size_t size = reader->file->size < BEGINNING ? (size_t)reader->file->size : BEGINNING;
+    const unsigned char *bytes;
+    clast_status status = clast_file_look(reader->file, window, 0, size, &bytes);
+    if (status != CLAST_OK) {
+        return clast_ply_fail(reader, status);
+    }
+    clast_bytes beginning = {bytes, size};
+    if (reader->bytes.data == NULL) {
+        status = clast_ply_read_header(reader->context, reader->path, beginning, &reader->header);
+        if (status == CLAST_OK && reader->header.encoding != CLAST_PLY_ASCII) {
+            return CLAST_OK;
+        }
+        clast_ply_free_header(reader->context, &reader->header);
+        status = need_bytes(reader);
+    }
+    return status == CLAST_OK ? clast_ply_read_header(reader->context, reader->path, reader->bytes, &reader->header)
+                              : status;
+}
+
+clast_status clast_load_ply_source(clast_scene *scene, const char *path, const clast_file_source *file)
 {
     clast_context *context = scene->context;
-    clast_ply_reader reader = {.context = context, .path = path, .bytes = {file->data, file->size}};
-    clast_status status = clast_ply_read_header(context, path, reader.bytes, &reader.header);
+    clast_file_window beginning = {NULL, 0}; // the names of the header lie in it
+    clast_ply_reader reader = {.context = context, .path = path, .file = file, .bytes = {file->view.data, file->size}};
+    clast_status status = read_header(&reader, &beginning);
     if (status == CLAST_OK) {
-        const char *begin = file->data;
         reader.position = reader.header.size;
-        reader.text = (clast_text){begin + reader.header.size, begin + file->size, reader.header.lines + 1};
+        if (reader.header.encoding == CLAST_PLY_ASCII) {
+            const char *begin = (const char *)reader.bytes.data;
+            reader.text = (clast_text){begin + reader.header.size, begin + file->size, reader.header.lines + 1};
+        }
         status = read_elements(&reader);
     }
     if (status == CLAST_OK) {
         status = add_mesh(&reader, scene);
     }
     clast_ply_free_header(context, &reader.header);
+    clast_file_free_window(context, &beginning);
+    clast_file_unmap(context, &reader.whole);
     clast_free(context, reader.positions);
     clast_free(context, reader.normals);
     clast_free(context, reader.coordinates);
@@ -533,4 +589,10 @@ clast_status clast_load_ply(clast_scene *scene, const char *path, clast_file_vie
     clast_free(context, reader.face);
     clast_polygon_free(context, &reader.polygon);
     return status;
+}
+
+clast_status clast_load_ply(clast_scene *scene, const char *path, clast_file_view *file)
+{
+    clast_file_source source = {scene->context, file->size, *file, -1};
+    return clast_load_ply_source(scene, path, &source);
 }

@@ -3,7 +3,8 @@
 #ifndef CLAST_LOAD_PLY_H
 #define CLAST_LOAD_PLY_H
 
-#include "base/context.h"
+#include "base/file.h"
+#include "load/load.h"
 #include "load/polygon.h"
 #include "load/text.h"
 
@@ -80,9 +81,11 @@ typedef struct clast_ply_reader {
     clast_context *context;
     const char *path;
     clast_ply_header header;
-    clast_bytes bytes;
-    uint64_t position; // binary: of the next value
-    clast_text text;   // text: the same
+    const clast_file_source *file;
+    clast_file_view whole; // where it had to be had
+    clast_bytes bytes;     // all of the file; data is null while only pieces of it are read
+    uint64_t position;     // binary: of the next value
+    clast_text text;       // text: the same
     const clast_ply_element *element;
     uint64_t item;
     bool has_vertices;
@@ -99,6 +102,11 @@ typedef struct clast_ply_reader {
     uint64_t short_faces; // of fewer than three corners
 } clast_ply_reader;
 
+// The status, with its text where reading a piece has failed.
+clast_status clast_ply_fail(const clast_ply_reader *reader, clast_status status);
+// Loads from a source; for load.c.
+clast_status clast_load_ply_source(clast_scene *scene, const char *path, const clast_file_source *file);
+
 // What a whole number or a fraction of a colour is divided by.
 double clast_ply_colour_scale(clast_ply_type type);
 // Stores a vertex; false where a value is not finite.
@@ -106,7 +114,7 @@ bool clast_ply_store_vertex(const clast_ply_reader *reader, uint64_t vertex, con
 
 // ply_binary.c: on all threads what binary files allow. Each leaves the rest, from reader->item at reader->position on, to the
 // caller, who reads value by value and so finds what is wrong: all where the element is not of that kind, nothing where all is
-// read. Errors: OUT_OF_MEMORY, CANCELLED, LIMIT.
+// read. Errors: OUT_OF_MEMORY, FILE_READ, CANCELLED, LIMIT.
 clast_status clast_ply_read_many_vertices(clast_ply_reader *reader, const clast_ply_role *roles);
 clast_status clast_ply_read_many_faces(clast_ply_reader *reader);
 

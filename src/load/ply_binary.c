@@ -6,7 +6,7 @@
 #include "base/thread.h"
 #include "load/ply.h"
 
-enum { VERTEX_GRAIN = 16384, FACE_GRAIN = 8192, CHUNKS_BETWEEN_PROGRESS = 256 };
+enum { VERTEX_GRAIN = 16384, FACE_GRAIN = 8192, CHUNKS_BETWEEN_PROGRESS = 256, LOOK = 1 << 17 };
 
 static bool is_big_endian(const clast_ply_reader *reader)
 {
@@ -34,6 +34,19 @@ static clast_status run_chunks(clast_ply_reader *reader, size_t count, clast_ran
     return status;
 }
 
+static clast_file_window *make_windows(const clast_ply_reader *reader)
+{
+    return clast_allocate_zeroed(reader->context, clast_worker_count(reader->context), sizeof(clast_file_window));
+}
+
+static void free_windows(const clast_ply_reader *reader, clast_file_window *windows)
+{
+    for (uint32_t i = 0; windows != NULL && i < clast_worker_count(reader->context); i++) {
+        clast_file_free_window(reader->context, &windows[i]);
+    }
+    clast_free(reader->context, windows);
+}
+
 // ------------------------------------------------------------------------------------------------------------- vertices
 
 // A value of a vertex: where it lies, and what it is for.
@@ -47,7 +60,8 @@ typedef struct vertex_value {
 typedef struct vertex_job {
     size_t first_chunk;
     const clast_ply_reader *reader;
-    const unsigned char *bytes; // of the first vertex
+    clast_file_window *windows; // of each worker
+    atomic_uint failed;         // a status
     size_t size;                // of a vertex
     const vertex_value *values;
     size_t value_count;
@@ -65,15 +79,12 @@ static double read_value(const unsigned char *bytes, clast_ply_type type, bool b
     return type == CLAST_PLY_UCHAR ? (double)bytes[0] : clast_ply_value(bytes, type, big_endian);
 }
 
-static void read_vertex_chunks(void *data, size_t begin, size_t end, uint32_t worker)
+// Reads vertices [first, last) of the bytes at hand; false where one is wrong.
+static bool read_some_vertices(vertex_job *job, const unsigned char *bytes, size_t first, size_t last)
 {
-    (void)worker;
-    vertex_job *job = data;
     bool big_endian = is_big_endian(job->reader);
-    size_t first = (job->first_chunk + begin) * VERTEX_GRAIN, last = (job->first_chunk + end) * VERTEX_GRAIN;
-    last = last < job->reader->vertex_count ? last : job->reader->vertex_count;
     for (size_t i = first; i < last; i++) {
-        const unsigned char *vertex = job->bytes + i * job->size;
+        const unsigned char *vertex = bytes + (i - first) * job->size;
         double values[CLAST_PLY_ROLE_COUNT + 1] = {[CLAST_PLY_ALPHA] = 1.0};
         for (size_t k = 0; k < job->value_count; k++) {
             const vertex_value *value = &job->values[k];
@@ -82,6 +93,28 @@ static void read_vertex_chunks(void *data, size_t begin, size_t end, uint32_t wo
         }
         if (!clast_ply_store_vertex(job->reader, i, values)) {
             note_least(&job->first_wrong, i);
+            return false;
+        }
+    }
+    return true;
+}
+
+static void read_vertex_chunks(void *data, size_t begin, size_t end, uint32_t worker)
+{
+    vertex_job *job = data;
+    size_t first = (job->first_chunk + begin) * VERTEX_GRAIN, last = (job->first_chunk + end) * VERTEX_GRAIN;
+    size_t some = job->size < LOOK ? LOOK / job->size : 1, next;
+    last = last < job->reader->vertex_count ? last : job->reader->vertex_count;
+    for (size_t i = first; i < last; i = next) {
+        const unsigned char *bytes;
+        next = last - i < some ? last : i + some;
+        clast_status status = clast_file_look(job->reader->file, &job->windows[worker],
+                                              job->reader->position + i * job->size, (next - i) * job->size, &bytes);
+        if (status != CLAST_OK) {
+            atomic_store(&job->failed, (unsigned)status);
+            return;
+        }
+        if (!read_some_vertices(job, bytes, i, next)) {
             return;
         }
     }
@@ -109,12 +142,15 @@ static bool list_values(const clast_ply_reader *reader, const clast_ply_role *ro
 
 clast_status clast_ply_read_many_vertices(clast_ply_reader *reader, const clast_ply_role *roles)
 {
-    vertex_job job = {.reader = reader, .bytes = reader->bytes.data + reader->position};
+    vertex_job job = {.reader = reader};
     if (reader->header.encoding == CLAST_PLY_ASCII) {
         return CLAST_OK;
     }
     vertex_value *values = clast_allocate(reader->context, reader->element->property_count, sizeof *values);
-    if (values == NULL) {
+    job.windows = make_windows(reader);
+    if (values == NULL || job.windows == NULL) {
+        clast_free(reader->context, values);
+        free_windows(reader, job.windows);
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     clast_status status = CLAST_OK;
@@ -124,10 +160,12 @@ clast_status clast_ply_read_many_vertices(clast_ply_reader *reader, const clast_
         atomic_init(&job.first_wrong, reader->vertex_count);
         status = run_chunks(reader, ((size_t)reader->vertex_count + VERTEX_GRAIN - 1) / VERTEX_GRAIN,
                             read_vertex_chunks, &job, &job.first_chunk);
+        status = status == CLAST_OK ? clast_ply_fail(reader, (clast_status)atomic_load(&job.failed)) : status;
         reader->item = atomic_load(&job.first_wrong);
         reader->position += reader->item * job.size;
     }
     clast_free(reader->context, values);
+    free_windows(reader, job.windows);
     return status;
 }
 
@@ -152,10 +190,11 @@ typedef struct face_job {
     const clast_ply_reader *reader;
     face_form form;
     const face_chunk *chunks;
-    clast_polygon *polygons; // of each worker
+    clast_polygon *polygons;    // of each worker
+    clast_file_window *windows; // likewise
     uint32_t *indices;
     atomic_size_t first_wrong; // chunk
-    atomic_bool memory_ran_out;
+    atomic_uint failed;        // a status
 } face_job;
 
 static bool find_form(const clast_ply_reader *reader, face_form *form)
@@ -201,25 +240,56 @@ static uint32_t read_whole(const unsigned char *bytes, clast_ply_type type, bool
     }
 }
 
-// Walks over the faces; false where one does not fit into the file. `chunks` has one more than there are chunks.
-static bool find_chunks(const clast_ply_reader *reader, const face_form *form, face_chunk *chunks)
+// A look at some bytes, one place after another.
+typedef struct face_walk {
+    const clast_ply_reader *reader;
+    clast_file_window window;
+    const unsigned char *bytes;
+    uint64_t begin, end; // what is in them
+} face_walk;
+
+// Bytes [position, position + length) of the file, which has them.
+static clast_status look_ahead(face_walk *walk, uint64_t position, uint64_t length, const unsigned char **bytes)
 {
+    if (position < walk->begin || position + length > walk->end) {
+        uint64_t left = walk->reader->bytes.size - position;
+        size_t size = length > LOOK ? (size_t)length : left < LOOK ? (size_t)left : LOOK;
+        clast_status status = clast_file_look(walk->reader->file, &walk->window, position, size, &walk->bytes);
+        if (status != CLAST_OK) {
+            return clast_ply_fail(walk->reader, status);
+        }
+        walk->begin = position;
+        walk->end = position + size;
+    }
+    *bytes = walk->bytes + (position - walk->begin);
+    return CLAST_OK;
+}
+
+// Walks over the faces; *fits is false where one does not fit into the file. `chunks` has one more than there are chunks.
+static clast_status walk_faces(face_walk *walk, const face_form *form, face_chunk *chunks, bool *fits)
+{
+    const clast_ply_reader *reader = walk->reader;
     uint64_t position = reader->position, size = reader->bytes.size, short_faces = 0;
     size_t triangles = 0;
+    *fits = false;
     for (uint64_t i = 0; i < reader->element->count; i++) {
         if (i % FACE_GRAIN == 0) {
             chunks[i / FACE_GRAIN] = (face_chunk){position, triangles, short_faces};
         }
         uint64_t head = form->before + form->length_size;
         if (size - position < head) {
-            return false;
+            return CLAST_OK;
         }
-        uint32_t length = read_whole(reader->bytes.data + position + form->before, form->length_type,
-                                     is_big_endian(reader));
+        const unsigned char *bytes = NULL;
+        clast_status status = look_ahead(walk, position, head, &bytes);
+        if (status != CLAST_OK) {
+            return status;
+        }
+        uint32_t length = read_whole(bytes + form->before, form->length_type, is_big_endian(reader));
         position += head;
         uint64_t rest = (uint64_t)length * form->index_size + form->after;
         if (length >= CLAST_NONE / 2 || size - position < rest) {
-            return false;
+            return CLAST_OK;
         }
         position += rest;
         triangles += length >= 3 ? length - 2 : 0;
@@ -227,7 +297,16 @@ static bool find_chunks(const clast_ply_reader *reader, const face_form *form, f
     }
     size_t count = (size_t)((reader->element->count + FACE_GRAIN - 1) / FACE_GRAIN);
     chunks[count] = (face_chunk){position, triangles, short_faces};
-    return true;
+    *fits = true;
+    return CLAST_OK;
+}
+
+static clast_status find_chunks(const clast_ply_reader *reader, const face_form *form, face_chunk *chunks, bool *fits)
+{
+    face_walk walk = {.reader = reader};
+    clast_status status = walk_faces(&walk, form, chunks, fits);
+    clast_file_free_window(reader->context, &walk.window);
+    return status;
 }
 
 // Writes the triangles of a polygon whose vertices are the `length` numbers that `corners` stands for; false without memory.
@@ -249,35 +328,59 @@ static bool cut_face(face_job *job, clast_polygon *polygon, const unsigned char 
     return true;
 }
 
-// False where an index is out of range, or memory runs out.
+// Reads a face of `length` corners; false where an index is out of range, or memory runs out.
+static bool read_face(face_job *job, const unsigned char *list, uint32_t length, uint32_t worker, uint32_t *to)
+{
+    const clast_ply_reader *reader = job->reader;
+    const face_form *form = &job->form;
+    bool big_endian = is_big_endian(reader);
+    for (uint32_t k = 0; k < length; k++) {
+        uint32_t vertex = read_whole(list + k * form->index_size, form->index_type, big_endian);
+        if (vertex >= reader->vertex_count) {
+            return false;
+        }
+        if (length == 3) {
+            to[k] = vertex;
+        }
+    }
+    if (length > 3 && !cut_face(job, &job->polygons[worker], list, length, to)) {
+        atomic_store(&job->failed, (unsigned)CLAST_ERROR_OUT_OF_MEMORY);
+        return false;
+    }
+    return true;
+}
+
+// False where a face is wrong (also one that has another length than before), or the chunk cannot be had.
 static bool read_face_chunk(face_job *job, size_t number, uint32_t worker)
 {
     const clast_ply_reader *reader = job->reader;
     const face_form *form = &job->form;
+    const face_chunk *chunk = &job->chunks[number];
     uint64_t left = reader->element->count - (uint64_t)number * FACE_GRAIN;
-    const unsigned char *at = reader->bytes.data + job->chunks[number].offset;
-    uint32_t *to = job->indices + 3 * job->chunks[number].triangle;
-    bool big_endian = is_big_endian(reader);
+    uint64_t size = chunk[1].offset - chunk->offset, head = form->before + form->length_size, at = 0;
+    size_t triangle = chunk->triangle;
+    const unsigned char *bytes;
+    clast_status status = clast_file_look(reader->file, &job->windows[worker], chunk->offset, (size_t)size, &bytes);
+    if (status != CLAST_OK) {
+        atomic_store(&job->failed, (unsigned)status);
+        return false;
+    }
     for (uint64_t i = 0; i < FACE_GRAIN && i < left; i++) {
-        uint32_t length = read_whole(at + form->before, form->length_type, big_endian);
-        const unsigned char *list = at + form->before + form->length_size;
-        for (uint32_t k = 0; k < length; k++) {
-            uint32_t vertex = read_whole(list + k * form->index_size, form->index_type, big_endian);
-            if (vertex >= reader->vertex_count) {
-                return false;
-            }
-            if (length == 3) {
-                to[k] = vertex;
-            }
-        }
-        if (length > 3 && !cut_face(job, &job->polygons[worker], list, length, to)) {
-            atomic_store(&job->memory_ran_out, true);
+        if (size - at < head) {
             return false;
         }
-        to += length >= 3 ? 3 * (size_t)(length - 2) : 0;
-        at = list + length * form->index_size + form->after;
+        uint32_t length = read_whole(bytes + at + form->before, form->length_type, is_big_endian(reader));
+        uint64_t rest = (uint64_t)length * form->index_size + form->after;
+        size_t triangles = length >= 3 ? length - 2 : 0;
+        at += head;
+        if (size - at < rest || triangles > chunk[1].triangle - triangle ||
+            !read_face(job, bytes + at, length, worker, job->indices + 3 * triangle)) {
+            return false;
+        }
+        triangle += triangles;
+        at += rest;
     }
-    return true;
+    return triangle == chunk[1].triangle;
 }
 
 static void read_face_chunks(void *data, size_t begin, size_t end, uint32_t worker)
@@ -298,8 +401,10 @@ static clast_status read_chunks(clast_ply_reader *reader, face_job *job, size_t 
     reader->index_capacity = 3 * job->chunks[count].triangle;
     reader->indices = clast_allocate(reader->context, reader->index_capacity, sizeof *reader->indices);
     job->polygons = clast_allocate_zeroed(reader->context, workers, sizeof *job->polygons);
-    if (reader->indices == NULL || job->polygons == NULL) {
+    job->windows = make_windows(reader);
+    if (reader->indices == NULL || job->polygons == NULL || job->windows == NULL) {
         clast_free(reader->context, job->polygons);
+        free_windows(reader, job->windows);
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     job->indices = reader->indices;
@@ -310,11 +415,12 @@ static clast_status read_chunks(clast_ply_reader *reader, face_job *job, size_t 
         clast_polygon_free(reader->context, &job->polygons[i]);
     }
     clast_free(reader->context, job->polygons);
+    free_windows(reader, job->windows);
     reader->item = wrong < count ? (uint64_t)wrong * FACE_GRAIN : reader->element->count;
     reader->position = job->chunks[wrong].offset;
     reader->index_count = 3 * job->chunks[wrong].triangle;
     reader->short_faces += job->chunks[wrong].short_faces;
-    return status == CLAST_OK && atomic_load(&job->memory_ran_out) ? CLAST_ERROR_OUT_OF_MEMORY : status;
+    return status == CLAST_OK ? clast_ply_fail(reader, (clast_status)atomic_load(&job->failed)) : status;
 }
 
 clast_status clast_ply_read_many_faces(clast_ply_reader *reader)
@@ -329,8 +435,9 @@ clast_status clast_ply_read_many_faces(clast_ply_reader *reader)
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     job.chunks = chunks;
-    clast_status status = CLAST_OK;
-    if (find_chunks(reader, &job.form, chunks) && chunks[count].triangle <= UINT32_MAX / 3) {
+    bool fits;
+    clast_status status = find_chunks(reader, &job.form, chunks, &fits);
+    if (status == CLAST_OK && fits && chunks[count].triangle <= UINT32_MAX / 3) {
         status = read_chunks(reader, &job, count);
     }
     clast_free(reader->context, chunks);

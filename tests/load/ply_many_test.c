@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of many vertices and faces, which are read in chunks: all encodings give one mesh, and a fault has its place wherever it
 // is.
+#include <unistd.h>
+
 #include "loader_fixture.h"
 
 enum { VERTICES = 40000, FACES = 20001 }; // of triangles, quads, pentagons, and some that are none
@@ -134,6 +136,67 @@ static void a_file_that_ends_in_any_chunk_is_refused(void **state)
     free(made.data);
 }
 
+// Loads a file from the disk, which is read piece by piece.
+static clast_status load_from_disk(clast_context *context, const file *made, clast_scene **scene)
+{
+    char path[] = "/tmp/clast-ply-XXXXXX.ply";
+    int descriptor = mkstemps(path, 4);
+    assert_true(descriptor >= 0);
+    FILE *stream = fdopen(descriptor, "wb");
+    assert_int_equal(fwrite(made->data, 1, made->size, stream), made->size);
+    fclose(stream);
+    clast_status status = clast_scene_load(context, path, scene);
+    remove(path);
+    return status;
+}
+
+static void a_file_on_the_disk_is_the_same_and_not_in_memory_as_a_whole(void **state)
+{
+    fixture *f = *state;
+    for (int encoding = TEXT; encoding <= BIG; encoding++) {
+        clast_context *context;
+        clast_scene *scene;
+        file made = make(encoding, FACES, VERTICES);
+        assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 3}, &context), CLAST_OK);
+        assert_ok(context, load_from_disk(context, &made, &scene));
+        assert_ok(f->context, load_file(f, &made));
+        const clast_mesh *mesh = &scene->geometries[0].of.mesh, *expected = mesh_of(f, 0);
+        assert_int_equal(mesh->vertex_count, expected->vertex_count);
+        assert_int_equal(mesh->triangle_count, expected->triangle_count);
+        assert_memory_equal(mesh->positions, expected->positions, 12 * (size_t)mesh->vertex_count);
+        assert_memory_equal(mesh->colours, expected->colours, 16 * (size_t)mesh->vertex_count);
+        assert_memory_equal(mesh->indices, expected->indices, 12 * (size_t)mesh->triangle_count);
+        uint64_t kept = clast_context_memory(context), peak = clast_context_memory_peak(context);
+        if (encoding != TEXT && 2 * (peak - kept) > made.size) {
+            fail_msg("%zu bytes became %llu, at most %llu", made.size, (unsigned long long)kept,
+                     (unsigned long long)peak);
+        }
+        clast_scene_destroy(scene);
+        clast_context_destroy(context);
+        free(made.data);
+    }
+}
+
+static void faults_of_a_file_on_the_disk_have_their_place(void **state)
+{
+    fixture *f = *state;
+    static const uint32_t places[][2] = {{FACES, 0}, {FACES, 33333}, {7, VERTICES}, {FACES - 1, VERTICES}};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        clast_context *context;
+        clast_scene *scene;
+        file made = make(i % 2 == 0 ? LITTLE : BIG, places[i][0], places[i][1]);
+        assert_int_equal(clast_context_create(&(clast_context_desc){.threads = 3}, &context), CLAST_OK);
+        assert_int_equal(load_from_disk(context, &made, &scene), CLAST_ERROR_MALFORMED);
+        assert_int_equal(load_file(f, &made), CLAST_ERROR_MALFORMED);
+        const char *text = strchr(clast_context_error(context), ','), *expected = clast_context_error(f->context);
+        assert_non_null(text);
+        assert_non_null(strchr(expected, ','));
+        assert_string_equal(text, strchr(expected, ','));
+        clast_context_destroy(context);
+        free(made.data);
+    }
+}
+
 static void memory_that_runs_out_is_an_error(void **state)
 {
     fixture *f = *state;
@@ -149,6 +212,8 @@ int main(void)
         LOADER_TEST(all_encodings_give_one_mesh),
         LOADER_TEST(faults_have_their_place_in_any_chunk),
         LOADER_TEST(a_file_that_ends_in_any_chunk_is_refused),
+        LOADER_TEST(a_file_on_the_disk_is_the_same_and_not_in_memory_as_a_whole),
+        LOADER_TEST(faults_of_a_file_on_the_disk_have_their_place),
         LOADER_TEST(memory_that_runs_out_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
