@@ -87,7 +87,7 @@ foreach(symbol header file IN ZIP_LISTS shader_symbols shader_headers shader_nam
     string(APPEND enum_text "    CLAST_SHADER_${symbol},\n")
     string(APPEND include_text "static const uint32_t words_of_${symbol}[] = {\n#include \"shaders/${symbol}.inc\"\n};\n")
     string(APPEND table_text
-        "    [CLAST_SHADER_${symbol}] = {\"${file}\", words_of_${symbol}, sizeof words_of_${symbol}},\n")
+        "    [CLAST_SHADER_${symbol}] = {\"${file}\", \"${symbol}\", words_of_${symbol}, sizeof words_of_${symbol}},\n")
 endforeach()
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/vulkan_shaders.h CONTENT
 "// Made by the build: the shaders of the folder shaders/.
@@ -100,6 +100,7 @@ typedef enum clast_shader {
 } clast_shader;
 typedef struct clast_shader_code {
     const char *file; // in shaders/
+    const char *symbol; // of the enum, without CLAST_SHADER_: SYMBOL.spv.exact is what the build made of the file
     const uint32_t *words;
     size_t bytes;
 } clast_shader_code;

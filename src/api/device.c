@@ -18,6 +18,8 @@ static void close_device(clast_renderer *renderer)
     renderer->gpu = NULL;
     clast_free(renderer->context, renderer->device_name);
     renderer->device_name = NULL;
+    clast_free(renderer->context, renderer->shader_folder);
+    renderer->shader_folder = NULL;
     renderer->is_device_chosen = false;
 }
 
@@ -38,6 +40,7 @@ static clast_gpu_desc describe_device(const clast_renderer *renderer, const clas
 #ifndef NDEBUG
         .validate = true,
 #endif
+        .shader_folder = settings->shaders[0] != '\0' ? settings->shaders : NULL,
         .memory_limit = clast_context_memory_limit(renderer->context),
         .cache_folder = clast_context_cache_folder(renderer->context),
     };
@@ -89,9 +92,10 @@ static clast_status choose_automatically(clast_renderer *renderer, const clast_r
 clast_status clast_choose_device(clast_renderer *renderer, const clast_render_settings *settings)
 {
     bool is_same = renderer->is_device_chosen && renderer->device == settings->device &&
-                   renderer->accel == settings->accel && strcmp(renderer->device_name, settings->device_name) == 0;
+                   renderer->accel == settings->accel && strcmp(renderer->device_name, settings->device_name) == 0 &&
+                   strcmp(renderer->shader_folder, settings->shaders) == 0;
     if (is_same) {
-        return CLAST_OK;
+        return renderer->gpu != NULL ? clast_gpu_renew_kernels(renderer->gpu) : CLAST_OK;
     }
     close_device(renderer);
     clast_status status = CLAST_OK;
@@ -106,7 +110,9 @@ clast_status clast_choose_device(clast_renderer *renderer, const clast_render_se
     }
     if (status == CLAST_OK) {
         renderer->device_name = clast_copy_text(renderer->context, settings->device_name);
-        status = renderer->device_name != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
+        renderer->shader_folder = clast_copy_text(renderer->context, settings->shaders);
+        bool copied = renderer->device_name != NULL && renderer->shader_folder != NULL;
+        status = copied ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
     }
     if (status != CLAST_OK) {
         close_device(renderer);

@@ -15,6 +15,7 @@ struct clast_renderer {
     uint32_t device;       // CLAST_DEVICE_
     uint32_t accel;        // CLAST_ACCEL_
     char *device_name;
+    char *shader_folder;
     clast_gpu *gpu;            // null where the processor makes pictures
     clast_frame *device_frame; // what the device makes, of pictures only; null likewise
     clast_vulkan_frame *vulkan_frame;

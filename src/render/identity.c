@@ -114,7 +114,7 @@ uint64_t clast_camera_identity(const clast_frame *frame)
 static bool is_compared(const char *name, bool by_noise)
 {
     static const char *const others[] = {"width", "height",     "crop",    "camera",     "device",
-                                         "spp",   "time_limit", "tonemap", "device_name"};
+                                         "spp",   "time_limit", "tonemap", "device_name", "shaders"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         if (strcmp(name, others[i]) == 0) {
             return false;

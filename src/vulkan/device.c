@@ -487,6 +487,13 @@ static clast_status begin_life(clast_context *context, const clast_gpu_desc *des
     }
     made->context = context;
     made->desc = *desc;
+    if (desc->shader_folder != NULL) {
+        made->shader_folder = clast_copy_text(context, desc->shader_folder);
+        if (made->shader_folder == NULL) {
+            clast_free(context, made);
+            return CLAST_ERROR_OUT_OF_MEMORY;
+        }
+    }
     *gpu = made;
     return CLAST_OK;
 }
@@ -577,6 +584,7 @@ void clast_gpu_destroy(clast_gpu *gpu)
         clast_library_close(gpu->library);
     }
     clast_free(gpu->context, gpu->leaving);
+    clast_free(gpu->context, gpu->shader_folder);
     clast_free(gpu->context, gpu);
 }
 

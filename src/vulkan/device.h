@@ -90,6 +90,7 @@ typedef struct clast_gpu_leaving {
 typedef struct clast_gpu_kernel {
     VkPipeline pipeline; // null: this place is free
     clast_shader shader;
+    uint64_t code_hash; // of the file that it was made of (kernel.c)
     uint32_t subgroup;
     uint32_t constant_count;
     uint32_t constants[CLAST_GPU_CONSTANTS];
@@ -128,6 +129,7 @@ struct clast_gpu_commands {
 struct clast_gpu {
     clast_context *context;
     clast_gpu_desc desc;
+    char *shader_folder; // null: there is none
     clast_gpu_features features;
     clast_library *library;
     clast_vulkan_functions vk;
@@ -189,6 +191,8 @@ clast_status clast_gpu_make_layouts(clast_gpu *gpu);
 clast_status clast_gpu_open_cache(clast_gpu *gpu);
 void clast_gpu_keep_cache(clast_gpu *gpu);
 void clast_gpu_free_kernels(clast_gpu *gpu);
+// The code of a shader, taken over by the device, and a number that tells files of it apart.
+clast_status clast_gpu_open_shader(clast_gpu *gpu, clast_shader shader, VkShaderModule *module, uint64_t *hash);
 clast_status clast_gpu_kernel_of(clast_gpu *gpu, const clast_gpu_call *call, VkPipeline *pipeline);
 
 // commands.c

@@ -48,15 +48,13 @@ static clast_status make_layout(clast_driver *driver)
                                 : clast_gpu_fail(gpu, result, "making the layout of the ray tracing pipeline");
 }
 
-static VkResult make_stage(clast_gpu *gpu, clast_shader shader, VkShaderStageFlagBits stage,
+static clast_status make_stage(clast_gpu *gpu, clast_shader shader, VkShaderStageFlagBits stage,
                            VkPipelineShaderStageCreateInfo *made)
 {
-    const clast_shader_code *code = &clast_shader_codes[shader];
-    VkShaderModuleCreateInfo create = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code->bytes, .pCode = code->words};
+    uint64_t hash;
     *made = (VkPipelineShaderStageCreateInfo){
         .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, .stage = stage, .pName = "main"};
-    return gpu->vk.vkCreateShaderModule(gpu->device, &create, NULL, &made->module);
+    return clast_gpu_open_shader(gpu, shader, &made->module, &hash);
 }
 
 // Groups are numbered as stages are, but that the last two stages can be those of one group.
@@ -97,26 +95,27 @@ static clast_status make_pipeline(clast_driver *driver, const clast_driver_desc 
     clast_gpu *gpu = driver->gpu;
     VkPipelineShaderStageCreateInfo stages[STAGES_MOST] = {{0}};
     uint32_t count = 0;
-    VkResult result = VK_SUCCESS;
-    for (uint32_t i = 0; i < desc->launch_count && result == VK_SUCCESS; i++) {
-        result = make_stage(gpu, desc->launches[i], VK_SHADER_STAGE_RAYGEN_BIT_KHR, &stages[count++]);
+    clast_status status = CLAST_OK;
+    for (uint32_t i = 0; i < desc->launch_count && status == CLAST_OK; i++) {
+        status = make_stage(gpu, desc->launches[i], VK_SHADER_STAGE_RAYGEN_BIT_KHR, &stages[count++]);
     }
-    if (result == VK_SUCCESS) {
-        result = make_stage(gpu, CLAST_SHADER_DRIVER_MISS, VK_SHADER_STAGE_MISS_BIT_KHR, &stages[count++]);
+    if (status == CLAST_OK) {
+        status = make_stage(gpu, CLAST_SHADER_DRIVER_MISS, VK_SHADER_STAGE_MISS_BIT_KHR, &stages[count++]);
     }
-    if (result == VK_SUCCESS) {
-        result = make_stage(gpu, CLAST_SHADER_DRIVER_HIT, VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, &stages[count++]);
+    if (status == CLAST_OK) {
+        status = make_stage(gpu, CLAST_SHADER_DRIVER_HIT, VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, &stages[count++]);
     }
-    if (result == VK_SUCCESS && desc->filter != CLAST_SHADER_COUNT_) {
-        result = make_stage(gpu, desc->filter, VK_SHADER_STAGE_ANY_HIT_BIT_KHR, &stages[count++]);
+    if (status == CLAST_OK && desc->filter != CLAST_SHADER_COUNT_) {
+        status = make_stage(gpu, desc->filter, VK_SHADER_STAGE_ANY_HIT_BIT_KHR, &stages[count++]);
     }
-    if (result == VK_SUCCESS) {
-        result = link_pipeline(driver, stages, count);
+    if (status == CLAST_OK) {
+        VkResult result = link_pipeline(driver, stages, count);
+        status = result == VK_SUCCESS ? CLAST_OK : clast_gpu_fail(gpu, result, "compiling the ray tracing pipeline");
     }
     for (uint32_t i = 0; i < count; i++) {
         gpu->vk.vkDestroyShaderModule(gpu->device, stages[i].module, NULL);
     }
-    return result == VK_SUCCESS ? CLAST_OK : clast_gpu_fail(gpu, result, "compiling the ray tracing pipeline");
+    return status;
 }
 
 static uint64_t round_up(uint64_t bytes, uint64_t step)

@@ -24,6 +24,7 @@ typedef struct clast_gpu_desc {
     bool ray_tracing;      // use the driver's acceleration structures and ray tracing pipelines, where there are some
     uint32_t subgroup;     // wanted width of subgroups; 0 is the device's own choice
     uint64_t memory_limit; // bytes of the device's memory that may be held; 0 is no limit
+    const char *shader_folder; // whose files are used in place of kernels of their names (clast_shader_code); null is none
     const char *cache_folder; // where compiled pipelines are kept for the next run; null is nowhere
 } clast_gpu_desc;
 
@@ -47,6 +48,8 @@ clast_status clast_gpu_create(clast_context *context, const clast_gpu_desc *desc
 // Waits until the device is idle. All buffers must have been freed.
 void clast_gpu_destroy(clast_gpu *gpu);
 const clast_gpu_features *clast_gpu_features_of(const clast_gpu *gpu);
+// Forgets kernels whose files have changed in the meantime. Nothing without clast_gpu_desc.shader_folder.
+clast_status clast_gpu_renew_kernels(clast_gpu *gpu);
 clast_context *clast_gpu_context(const clast_gpu *gpu);
 
 // A device, with a queue that can compute, that the caller made, who keeps it. It must have been made with the features that

@@ -142,6 +142,80 @@ void clast_gpu_free_kernels(clast_gpu *gpu)
     gpu->vk.vkDestroyDescriptorSetLayout(gpu->device, gpu->set_layout, NULL);
 }
 
+// -------------------------------------------------------------------------------------------------------------- code
+
+enum { SPIRV_MAGIC = 0x07230203 };
+
+// A shader's code: the library's, or that of a file in the folder of shaders. The latter is to be unmapped.
+static clast_status find_code(clast_gpu *gpu, clast_shader shader, clast_shader_code *code, clast_file_view *view)
+{
+    char path[4096];
+    const clast_file_hook *files = clast_context_files(gpu->context);
+    *code = clast_shader_codes[shader];
+    if (gpu->shader_folder == NULL) {
+        return CLAST_OK;
+    }
+    int length = snprintf(path, sizeof path, "%s/%s.spv.exact", gpu->shader_folder, code->symbol);
+    if (length < 0 || length >= (int)sizeof path || files->map(files->user, path, view) != CLAST_OK) {
+        return CLAST_OK; // not all kernels need be there
+    }
+    uint32_t first = 0;
+    memcpy(&first, view->data, view->size >= sizeof first ? sizeof first : 0);
+    if (view->size % sizeof first != 0 || first != SPIRV_MAGIC) {
+        files->unmap(files->user, view);
+        *view = (clast_file_view){0};
+        return clast_fail(gpu->context, CLAST_ERROR_MALFORMED, "%s: expected SPIR-V", path);
+    }
+    code->words = (const void *)view->data; // views are aligned
+    code->bytes = (size_t)view->size;
+    return CLAST_OK;
+}
+
+static void unmap(clast_gpu *gpu, clast_file_view *view)
+{
+    const clast_file_hook *files = clast_context_files(gpu->context);
+    if (view->data != NULL) {
+        files->unmap(files->user, view);
+    }
+}
+
+// FNV-1a, of the words of files only: the library's never change.
+static uint64_t hash_of_code(const clast_shader_code *code, const clast_file_view *view)
+{
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (size_t i = 0; view->data != NULL && i < code->bytes / sizeof *code->words; i++) {
+        hash = (hash ^ code->words[i]) * 0x100000001b3u;
+    }
+    return hash;
+}
+
+clast_status clast_gpu_open_shader(clast_gpu *gpu, clast_shader shader, VkShaderModule *module, uint64_t *hash)
+{
+    clast_shader_code code;
+    clast_file_view view = {0};
+    clast_status status = find_code(gpu, shader, &code, &view);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    VkShaderModuleCreateInfo create = {
+        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code.bytes, .pCode = code.words};
+    VkResult result = gpu->vk.vkCreateShaderModule(gpu->device, &create, NULL, module);
+    *hash = hash_of_code(&code, &view);
+    unmap(gpu, &view);
+    return result == VK_SUCCESS ? CLAST_OK : clast_gpu_fail(gpu, result, "taking over the code of a kernel");
+}
+
+// Whether the code that a kernel was made of is what it would be made of now.
+static clast_status compare_code(clast_gpu *gpu, const clast_gpu_kernel *kernel, bool *same)
+{
+    clast_shader_code code;
+    clast_file_view view = {0};
+    clast_status status = find_code(gpu, kernel->shader, &code, &view);
+    *same = status == CLAST_OK && hash_of_code(&code, &view) == kernel->code_hash;
+    unmap(gpu, &view);
+    return status;
+}
+
 // ----------------------------------------------------------------------------------------------------------- kernels
 
 static size_t hash_of(const clast_gpu_call *call, uint32_t subgroup)
@@ -173,39 +247,65 @@ static clast_gpu_kernel *find(const clast_gpu *gpu, const clast_gpu_call *call, 
     }
 }
 
-static clast_status grow(clast_gpu *gpu)
+// A table of another capacity, for the kernels of the present one.
+static clast_status move_kernels(clast_gpu *gpu, size_t capacity)
 {
-    if (2 * (gpu->kernel_count + 1) <= gpu->kernel_capacity) {
-        return CLAST_OK;
-    }
-    size_t old_capacity = gpu->kernel_capacity, capacity = old_capacity != 0 ? 2 * old_capacity : 64;
+    size_t old_capacity = gpu->kernel_capacity;
     clast_gpu_kernel *old = gpu->kernels, *kernels = clast_allocate_zeroed(gpu->context, capacity, sizeof *kernels);
     if (kernels == NULL) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }
     gpu->kernels = kernels;
     gpu->kernel_capacity = capacity;
+    gpu->kernel_count = 0;
     for (size_t i = 0; i < old_capacity; i++) {
         if (old[i].pipeline != VK_NULL_HANDLE) {
             clast_gpu_call call = {.shader = old[i].shader, .constant_count = old[i].constant_count};
             memcpy(call.constants, old[i].constants, sizeof call.constants);
             *find(gpu, &call, old[i].subgroup) = old[i];
+            gpu->kernel_count++;
         }
     }
     clast_free(gpu->context, old);
     return CLAST_OK;
 }
 
-static VkResult make_pipeline(clast_gpu *gpu, const clast_gpu_call *call, uint32_t subgroup, VkPipeline *pipeline)
+static clast_status grow(clast_gpu *gpu)
+{
+    if (2 * (gpu->kernel_count + 1) <= gpu->kernel_capacity) {
+        return CLAST_OK;
+    }
+    return move_kernels(gpu, gpu->kernel_capacity != 0 ? 2 * gpu->kernel_capacity : 64);
+}
+
+clast_status clast_gpu_renew_kernels(clast_gpu *gpu)
+{
+    bool is_idle = false;
+    for (size_t i = 0; i < gpu->kernel_capacity && gpu->shader_folder != NULL; i++) {
+        bool same = true;
+        clast_gpu_kernel *kernel = &gpu->kernels[i];
+        clast_status status = kernel->pipeline != VK_NULL_HANDLE ? compare_code(gpu, kernel, &same) : CLAST_OK;
+        if (status != CLAST_OK) {
+            return status;
+        }
+        if (same) {
+            continue;
+        }
+        VkResult result = is_idle ? VK_SUCCESS : gpu->vk.vkDeviceWaitIdle(gpu->device);
+        if (result != VK_SUCCESS) {
+            return clast_gpu_fail(gpu, result, "waiting for the device");
+        }
+        is_idle = true;
+        gpu->vk.vkDestroyPipeline(gpu->device, kernel->pipeline, NULL);
+        *kernel = (clast_gpu_kernel){0};
+    }
+    return is_idle ? move_kernels(gpu, gpu->kernel_capacity) : CLAST_OK; // searches would end at gaps
+}
+
+static VkResult make_pipeline(clast_gpu *gpu, const clast_gpu_call *call, uint32_t subgroup, VkShaderModule module,
+                              VkPipeline *pipeline)
 {
     const clast_shader_code *code = &clast_shader_codes[call->shader];
-    VkShaderModuleCreateInfo module_info = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code->bytes, .pCode = code->words};
-    VkShaderModule module;
-    VkResult result = gpu->vk.vkCreateShaderModule(gpu->device, &module_info, NULL, &module);
-    if (result != VK_SUCCESS) {
-        return result;
-    }
     VkSpecializationMapEntry entries[CLAST_GPU_CONSTANTS];
     for (uint32_t i = 0; i < call->constant_count; i++) {
         entries[i] = (VkSpecializationMapEntry){i, i * (uint32_t)sizeof(uint32_t), sizeof(uint32_t)};
@@ -225,8 +325,7 @@ static VkResult make_pipeline(clast_gpu *gpu, const clast_gpu_call *call, uint32
                   .pName = "main",
                   .pSpecializationInfo = call->constant_count != 0 ? &constants : NULL},
         .layout = gpu->pipeline_layout};
-    result = gpu->vk.vkCreateComputePipelines(gpu->device, gpu->pipeline_cache, 1, &create, NULL, pipeline);
-    gpu->vk.vkDestroyShaderModule(gpu->device, module, NULL);
+    VkResult result = gpu->vk.vkCreateComputePipelines(gpu->device, gpu->pipeline_cache, 1, &create, NULL, pipeline);
     if (result == VK_SUCCESS && gpu->vk.vkSetDebugUtilsObjectNameEXT != NULL) {
         VkDebugUtilsObjectNameInfoEXT name = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
                                               .objectType = VK_OBJECT_TYPE_PIPELINE,
@@ -256,7 +355,14 @@ clast_status clast_gpu_kernel_of(clast_gpu *gpu, const clast_gpu_call *call, VkP
     }
     clast_gpu_kernel *kernel = find(gpu, call, subgroup);
     if (kernel->pipeline == VK_NULL_HANDLE) {
-        VkResult result = make_pipeline(gpu, call, subgroup, pipeline);
+        VkShaderModule module;
+        uint64_t hash;
+        status = clast_gpu_open_shader(gpu, call->shader, &module, &hash);
+        if (status != CLAST_OK) {
+            return status;
+        }
+        VkResult result = make_pipeline(gpu, call, subgroup, module, pipeline);
+        gpu->vk.vkDestroyShaderModule(gpu->device, module, NULL);
         if (result != VK_SUCCESS) {
             char what[256];
             snprintf(what, sizeof what, "compiling kernel %s", clast_shader_codes[call->shader].file);
@@ -264,6 +370,7 @@ clast_status clast_gpu_kernel_of(clast_gpu *gpu, const clast_gpu_call *call, VkP
         }
         *kernel = (clast_gpu_kernel){.pipeline = *pipeline,
                                      .shader = call->shader,
+                                     .code_hash = hash,
                                      .subgroup = subgroup,
                                      .constant_count = call->constant_count};
         memcpy(kernel->constants, call->constants, sizeof kernel->constants);

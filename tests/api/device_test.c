@@ -145,6 +145,70 @@ static void a_device_makes_the_processors_picture(void **state)
     world_close(b);
 }
 
+// Puts what the build made of a shader into a folder, under the name of another.
+static void put_shader(const char *folder, const char *from, const char *to)
+{
+    char path[4096], text[1 << 16];
+    snprintf(path, sizeof path, "%s/%s.spv.exact", SHADER_FOLDER, from);
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    static char bytes[1 << 20];
+    size_t size = fread(bytes, 1, sizeof bytes, file);
+    fclose(file);
+    assert_true(size > 0 && size < sizeof bytes);
+    snprintf(text, sizeof text, "%s/%s.spv.exact", folder, to);
+    file = fopen(text, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(bytes, 1, size, file), size);
+    assert_int_equal(fclose(file), 0);
+}
+
+static clast_status render_with(world *w, const char *shaders)
+{
+    clast_render_settings settings = {.width = WIDTH,
+                                      .height = HEIGHT,
+                                      .spp = 2,
+                                      .bounces = 2,
+                                      .camera = "0,1,6/0,0,0",
+                                      .device = CLAST_DEVICE_VULKAN,
+                                      .device_name = "llvmpipe",
+                                      .shaders = shaders};
+    const clast_render_output outputs[] = {{CLAST_VIEW_COLOUR, w->colour}, {CLAST_VIEW_INSTANCE, w->instance}};
+    return clast_render(w->renderer, &settings, outputs, 2, &w->statistics);
+}
+
+// Kernels of a folder are used from the next picture on, in place of the library's.
+static void kernels_of_a_folder_are_read_anew(void **state)
+{
+    show_drivers();
+    world *w = world_open(*state);
+    float plain[3 * PIXELS];
+    char folder[] = "/tmp/clast-shaders-XXXXXX", path[4096];
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/RENDER_FINISH.spv.exact", folder);
+    assert_ok(w->context, render_with(w, folder));
+    memcpy(plain, w->colour, sizeof plain);
+    put_shader(folder, "PROBE_NOTHING", "RENDER_FINISH");
+    assert_ok(w->context, render_with(w, folder));
+    for (int i = 0; i < 3 * PIXELS; i++) {
+        assert_true(w->colour[i] == 0.0f);
+    }
+    put_shader(folder, "RENDER_FINISH", "RENDER_FINISH");
+    assert_ok(w->context, render_with(w, folder));
+    assert_memory_equal(plain, w->colour, sizeof plain);
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite("no kernel", 1, 9, file), 9);
+    fclose(file);
+    assert_int_equal(render_with(w, folder), CLAST_ERROR_MALFORMED);
+    assert_non_null(strstr(clast_context_error(w->context), path));
+    remove(path);
+    assert_ok(w->context, render_with(w, folder));
+    assert_memory_equal(plain, w->colour, sizeof plain);
+    remove(folder);
+    world_close(w);
+}
+
 int main(void)
 {
     const char *files = getenv("VK_DRIVER_FILES");
@@ -156,6 +220,7 @@ int main(void)
     const struct CMUnitTest driven[] = {
         CONTEXT_TEST(a_software_driver_counts_only_by_its_name),
         CONTEXT_TEST(a_device_makes_the_processors_picture),
+        CONTEXT_TEST(kernels_of_a_folder_are_read_anew),
     };
     int failed = cmocka_run_group_tests(bare, NULL, NULL);
     if (driver[0] != '\0') {
