@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "generate/canyon.h"
 #include "generate/cloister.h"
+#include "generate/materials.h"
 
 static const struct {
     const char *name, *text;
@@ -19,6 +20,8 @@ static const struct {
     {"cloister",
      "a paved yard with carved globes, rings, logs and rough walls: a few thousand triangles under height maps of 16 bits",
      clast_generate_cloister},
+    {"materials", "boards of spheres that show glTF's material extensions, each with a camera of its name",
+     clast_generate_materials},
 };
 enum { SCENES = sizeof scenes / sizeof scenes[0] };
 

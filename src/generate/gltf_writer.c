@@ -80,6 +80,8 @@ void clast_gltf_begin(clast_gltf_writer *writer, clast_outputs *outputs, const c
         *arrays[i] = json_array();
         writer->failed |= *arrays[i] == NULL;
     }
+    writer->extensions = json_object();
+    writer->failed |= writer->extensions == NULL;
 }
 
 // ------------------------------------------------------------------------------------------------------ materials
@@ -89,6 +91,18 @@ static json_t *texture_reference(clast_gltf_writer *writer, const char *image)
     uint32_t number = append(writer, writer->images, json_pack("{s:s}", "uri", image));
     number = append(writer, writer->textures, json_pack("{s:i, s:i}", "sampler", 0, "source", (int)number));
     return json_pack("{s:i}", "index", (int)number);
+}
+
+// Takes the extensions over, and notes their names.
+static void set_extensions(clast_gltf_writer *writer, json_t *object, json_t *extensions)
+{
+    const char *name;
+    json_t *value;
+    json_object_foreach(extensions, name, value)
+    {
+        set(writer, writer->extensions, name, json_true());
+    }
+    set(writer, object, "extensions", extensions);
 }
 
 uint32_t clast_gltf_add_material(clast_gltf_writer *writer, const clast_gltf_material *material)
@@ -115,8 +129,13 @@ uint32_t clast_gltf_add_material(clast_gltf_writer *writer, const clast_gltf_mat
                                          texture_reference(writer, material->displacement_image),
                                          "displacementGeometryFactor", (double)material->displacement_factor,
                                          "displacementGeometryOffset", (double)material->displacement_offset);
-        set(writer, object, "extensions", json_pack("{s:o}", DISPLACEMENT, displacement));
-        writer->displaces = true;
+        set_extensions(writer, object, json_pack("{s:o}", DISPLACEMENT, displacement));
+    }
+    if (material->extensions != NULL) {
+        set_extensions(writer, object, material->extensions);
+    }
+    if (material->emissive[0] > 0.0f || material->emissive[1] > 0.0f || material->emissive[2] > 0.0f) {
+        set(writer, object, "emissiveFactor", numbers(material->emissive, 3));
     }
     if (material->double_sided) {
         set(writer, object, "doubleSided", json_true());
@@ -266,19 +285,28 @@ static json_t *document(clast_gltf_writer *writer)
     for (size_t i = 0; i < json_array_size(writer->nodes); i++) {
         append(writer, roots, json_integer((json_int_t)i));
     }
-    if (writer->displaces) {
-        set(writer, root, "extensionsUsed", json_pack("[s]", DISPLACEMENT));
+    if (json_object_size(writer->extensions) > 0) {
+        json_t *names = json_array();
+        const char *name;
+        json_t *value;
+        json_object_foreach(writer->extensions, name, value)
+        {
+            append(writer, names, json_string(name));
+        }
+        set(writer, root, "extensionsUsed", names);
     }
     set(writer, root, "scenes", json_pack("[{s:s, s:o}]", "name", writer->name, "nodes", roots));
     set(writer, root, "nodes", json_incref(writer->nodes));
     set(writer, root, "meshes", json_incref(writer->meshes));
     set(writer, root, "cameras", json_incref(writer->cameras));
     set(writer, root, "materials", json_incref(writer->materials));
-    set(writer, root, "textures", json_incref(writer->textures));
-    set(writer, root, "images", json_incref(writer->images));
-    // Trilinear, repeating.
-    set(writer, root, "samplers",
-        json_pack("[{s:i, s:i, s:i, s:i}]", "magFilter", 9729, "minFilter", 9987, "wrapS", 10497, "wrapT", 10497));
+    if (json_array_size(writer->textures) > 0) {
+        set(writer, root, "textures", json_incref(writer->textures));
+        set(writer, root, "images", json_incref(writer->images));
+        // Trilinear, repeating.
+        set(writer, root, "samplers",
+            json_pack("[{s:i, s:i, s:i, s:i}]", "magFilter", 9729, "minFilter", 9987, "wrapS", 10497, "wrapT", 10497));
+    }
     set(writer, root, "accessors", json_incref(writer->accessors));
     for (uint32_t i = 0; i < CLAST_GLTF_STREAMS; i++) {
         json_t *buffer = json_pack("{s:s, s:I}", "uri", writer->stream_names[i], "byteLength",
@@ -349,7 +377,7 @@ void clast_gltf_end(clast_gltf_writer *writer)
         write_document(writer);
     }
     json_t *arrays[] = {writer->accessors, writer->meshes,  writer->nodes,      writer->materials, writer->textures,
-                        writer->images,    writer->cameras, writer->primitives, writer->extras};
+                        writer->images,    writer->cameras, writer->primitives, writer->extras,    writer->extensions};
     for (uint32_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
         json_decref(arrays[i]);
     }

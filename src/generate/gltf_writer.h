@@ -40,6 +40,8 @@ typedef struct clast_gltf_material {
     float colour[3]; // linear, factor
     const char *displacement_image;
     float displacement_factor, displacement_offset; // metres = texel * factor + offset
+    float emissive[3];
+    json_t *extensions; // null, or the material's by their names: the writer's once added
 } clast_gltf_material;
 
 typedef struct clast_gltf_writer {
@@ -49,9 +51,9 @@ typedef struct clast_gltf_writer {
     clast_file_output *streams[CLAST_GLTF_STREAMS];
     uint64_t bytes[CLAST_GLTF_STREAMS]; // written
     json_t *accessors, *meshes, *nodes, *materials, *textures, *images, *cameras;
-    json_t *extras; // of the whole; the writer's once set
-    bool failed;    // jansson could not allocate
-    bool displaces; // a material does
+    json_t *extensions; // that materials have, by their names
+    json_t *extras;     // of the whole; the writer's once set
+    bool failed;        // jansson could not allocate
     // The primitive under way.
     json_t *primitives;
     uint64_t first_byte[CLAST_GLTF_STREAMS];
