@@ -11,7 +11,7 @@ struct surface_question
     clast_visibility seen;
     packed3 origin, direction; // of the ray
     clast_ray_cone cone;
-    uint whole;
+    uint look;
 };
 
 struct surface_answer
@@ -53,7 +53,7 @@ void main()
     finding_ray ray;
     ray.direction = direction;
     ray.cone = question.cone;
-    ray.whole = question.whole != 0u;
+    ray.look = question.look;
     shading_point point = surface_of_hit(frame, all, seen, ray);
     surface_answer answer;
     answer.position = store3(point.position);

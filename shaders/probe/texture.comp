@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 
 struct texture_question
 {
-    uint material, slot, encoding, whole;
+    uint material, slot, encoding, look;
     packed2 coordinates[2];
     clast_footprint footprints[2];
 };
@@ -43,7 +43,7 @@ void main()
     texture_area area;
     area.coordinates = coordinates;
     area.footprints = question.footprints;
-    area.whole = question.whole != 0u;
+    area.look = question.look;
     vec4 value = texture_value(all, material, question.slot, area, question.encoding, none);
     texture_answers(push.answers).at[number].value = store4(value);
     texture_answers(push.answers).at[number].alpha = texture_alpha(all, material, question.slot, coordinates);

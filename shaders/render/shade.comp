@@ -290,7 +290,7 @@ uint step_path(uint path, clast_path_pixel pixel)
         finding_ray ray;
         ray.direction = state.direction;
         ray.cone = state.cone;
-        ray.whole = cone_is_whole(state.cone, push.sample_number);
+        ray.look = cone_look(state.cone, push.sample_number);
         shading_point point = surface_of_hit(room.frame, room.materials, seen, ray);
         if (push.bounce == 0u) {
             add_surface_views(pixel, point);

@@ -41,7 +41,7 @@ struct finding_ray
 {
     vec3 direction;      // unit length
     clast_ray_cone cone; // where the ray began
-    bool whole;          // texture_area.whole
+    uint look;           // LOOK_: how closely at textures
 };
 
 // What reads a surface's textures.
@@ -109,7 +109,7 @@ texture_area area_of(source_surface surface, clast_transform to_object, finding_
     area.coordinates = surface.coordinates;
     area.footprints[0] = footprint_of(surface.gradients[0], first, second);
     area.footprints[1] = footprint_of(surface.gradients[1], first, second);
-    area.whole = ray.whole;
+    area.look = ray.look;
     return area;
 }
 

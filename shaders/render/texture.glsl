@@ -135,7 +135,7 @@ struct texture_area
 {
     vec2 coordinates[2];
     clast_footprint footprints[2];
-    bool whole;
+    uint look; // LOOK_: how closely at these
 };
 
 // A point, as the finest level has it.
@@ -144,16 +144,16 @@ texture_area texture_point(vec2 coordinates[2])
     texture_area area;
     area.coordinates = coordinates;
     area.footprints[0] = area.footprints[1] = no_footprint();
-    area.whole = false;
+    area.look = LOOK_POINT;
     return area;
 }
 
-clast_texture_taps taps_of(clast_device_texture_use use, clast_footprint footprint, bool whole)
+clast_texture_taps taps_of(clast_device_texture_use use, clast_footprint footprint, uint look)
 {
     clast_footprint there;
     there.first = store2(device_difference(use, load2(footprint.first)));
     there.second = store2(device_difference(use, load2(footprint.second)));
-    return texture_taps(there, size_width(use.image.size), size_height(use.image.size), use.level_count, whole);
+    return texture_taps(there, size_width(use.image.size), size_height(use.image.size), use.level_count, look);
 }
 
 bool has_texture(material_reference material, uint slot) { return material.of.uses[slot].image.texture != CLAST_NONE; }
@@ -182,7 +182,7 @@ vec4 texture_value(materials_reference all, material_reference material, uint sl
     if (is_second) {
         footprint = area.footprints[1];
     }
-    clast_texture_taps taps = taps_of(use, footprint, area.whole);
+    clast_texture_taps taps = taps_of(use, footprint, area.look);
     vec2 at = device_coordinates(use, is_second ? area.coordinates[1] : area.coordinates[0]) + load2(taps.first);
     uint level = to_uint(taps.level);
     precise float part = taps.level - to_float(level);

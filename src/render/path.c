@@ -362,7 +362,7 @@ static void step_paths(tile_job *job, uint32_t bounce)
         for (uint32_t i = first; i < end; i++) {
             if (scratch->seen[i].instance != CLAST_NONE) {
                 const clast_path *path = &scratch->paths[i];
-                clast_finding_ray ray = {path->direction, path->cone, cone_is_whole(path->cone, job->target->sample)};
+                clast_finding_ray ray = {path->direction, path->cone, cone_look(path->cone, job->target->sample)};
                 found[i - first] = clast_find_surface(job->frame, &scratch->seen[i], &ray);
             }
         }

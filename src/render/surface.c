@@ -211,7 +211,7 @@ static clast_texture_area area_of(const clast_source_surface *surface, const cla
     return (clast_texture_area){.coordinates = {surface->coordinates[0], surface->coordinates[1]},
                                 .footprints = {footprint_of(surface->gradients[0], first, second),
                                                footprint_of(surface->gradients[1], first, second)},
-                                .whole = ray->whole};
+                                .look = ray->look};
 }
 
 static void prefetch_textures(const clast_scene *scene, const clast_found_surface *found)

@@ -41,7 +41,7 @@ typedef struct clast_found_surface {
 typedef struct clast_finding_ray {
     vec3 direction;      // unit length
     clast_ray_cone cone; // where the ray began
-    bool whole;          // clast_texture_area.whole
+    uint32_t look;       // LOOK_: how closely at textures
 } clast_finding_ray;
 
 // In two steps, so that many surfaces can wait for memory together: the first asks for the texels that the second reads.

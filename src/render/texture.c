@@ -133,7 +133,7 @@ static reading read_place(const clast_scene *scene, const clast_texture *texture
         .levels = levels,
         .encoding = encoding,
         .middle = transform_coordinates(use, area->coordinates[set]),
-        .taps = texture_taps(footprint, image->image.width, image->image.height, levels->count, area->whole),
+        .taps = texture_taps(footprint, image->image.width, image->image.height, levels->count, area->look),
     };
 }
 

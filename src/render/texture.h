@@ -35,7 +35,7 @@ vec4 clast_image_blend(const clast_image *image, clast_texel_pair x, clast_texel
 typedef struct clast_texture_area {
     vec2 coordinates[2];
     clast_footprint footprints[2]; // around them
-    bool whole;                    // all of these is looked at: texture_taps()
+    uint32_t look;                 // LOOK_: how closely at these
 } clast_texture_area;
 
 // A point, as the finest level has it.

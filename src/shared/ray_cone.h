@@ -12,9 +12,13 @@ TABLE float CONE_LOBE = 0.140625f;    // sqrt(4 / (64 pi)): as if 64 paths share
 TABLE float CONE_SPREAD_MOST = 1.0f;  // radians: wider ones see no more than half of what surrounds them
 TABLE float CONE_NARROW = 0.02f;      // radians
 TABLE float CONE_COSINE_LEAST = 1e-3f;
-TABLE float TAPS_MOST = 16.0f;        // along the longer axis of what a sample sees
+TABLE float TAPS_MOST = 16.0f;        // along the longer axis of what the first sample sees
+TABLE float LINE_TAPS_MOST = 8.0f;    // and the others
 
-LIMIT(WHOLE_SAMPLES, 16u, "of a pixel that look at all they see of textures, where that is little")
+LIMIT(LOOK_POINT, 0u, "at one point, on the finer of two levels")
+LIMIT(LOOK_LINE, 1u, "at points on a line, on the finer of two levels")
+LIMIT(LOOK_WHOLE, 2u, "at points on a line, between levels")
+LIMIT(LINE_SAMPLES, 16u, "of a pixel, the first, that look at more than a point")
 TABLE float NORMAL_ROUNDING = 5e-5f; // of a vector's length, that its three numbers of 16 bits leave open
 
 // A circle around a ray: its diameter at the ray's origin, and how much that grows for each length.
@@ -30,11 +34,13 @@ RECORD_SIZE(clast_ray_cone, 8)
 // textures blur what it makes by a few hundredths only.
 FN float sample_share(uint sample_number) { return sample_number == 0u ? 1.0f : sample_number < 4u ? 0.5f : 0.25f; }
 
-// Whether all of what a sample's cone covers is looked at, so that little is left to chance: by the first samples, and as it
-// comes from the camera or by way of mirrors. What a wide one finds counts by chance anyhow, and so many samples find the rest.
-FN bool cone_is_whole(clast_ray_cone cone, uint sample_number)
+// How closely a sample looks at what its cone covers, as it comes from the camera or by way of mirrors: the first sample finds all
+// of it, those that follow enough to leave little to chance. What a wide cone finds counts by chance anyhow, and many samples find
+// the rest.
+FN uint cone_look(clast_ray_cone cone, uint sample_number)
 {
-    return sample_number < WHOLE_SAMPLES && abs1(cone.spread) < CONE_NARROW;
+    bool is_wide = abs1(cone.spread) >= CONE_NARROW;
+    return is_wide || sample_number >= LINE_SAMPLES ? LOOK_POINT : sample_number > 0u ? LOOK_LINE : LOOK_WHOLE;
 }
 
 // Around the ray of a pixel's sample, in a picture of so many rows.
@@ -141,9 +147,9 @@ FN clast_texture_taps no_taps(void)
 }
 
 // Of a texture with so many texels and so many levels below the finest. The level is that whose texels are as large as the
-// ellipse is thick, so that nothing is lost across it, and points follow each other along it. `whole`: all of the ellipse is
-// looked at; else one point of it, on the finer level, where what a sample sees is less than the picture can show.
-FN clast_texture_taps texture_taps(clast_footprint at, uint width, uint height, uint levels, bool whole)
+// ellipse is thick, so that nothing is lost across it, and points follow each other along it. `look` is one of LOOK_: where what a
+// sample sees is less than the picture can show, the finer of two levels and fewer points do.
+FN clast_texture_taps texture_taps(clast_footprint at, uint width, uint height, uint levels, uint look)
 {
     clast_texture_taps taps = no_taps();
     vec2 size = vec2(to_float(width), to_float(height));
@@ -168,10 +174,11 @@ FN clast_texture_taps texture_taps(clast_footprint at, uint width, uint height, 
     float minor = max1(rough_divide(abs1(a[0] * b[1] - a[1] * b[0]), major), rough_divide(major, TAPS_MOST));
     float thick = clamp1(minor, 1.0f, 65536.0f);
     uint exponent = (floatBitsToUint(thick) >> 23u) - 127u; // the level below, whole
-    float level = whole ? rough_log(thick) * 1.44269504f : to_float(exponent);
+    float level = look == LOOK_WHOLE ? rough_log(thick) * 1.44269504f : to_float(exponent);
     taps.level = finite ? min1(level, most) : most;
-    if (whole && finite) {
-        float points = clamp1(rough_divide(major, thick), 1.0f, TAPS_MOST);
+    if (look != LOOK_POINT && finite) {
+        float most_points = look == LOOK_WHOLE ? TAPS_MOST : LINE_TAPS_MOST;
+        float points = clamp1(rough_divide(major, thick), 1.0f, most_points);
         taps.count = to_uint(points + 0.999f);
         // the ellipse's direction: of two forms, the one that does not cancel
         vec2 along = difference >= 0.0f ? vec2(difference + root, xy) : vec2(xy, root - difference);

@@ -153,7 +153,7 @@ static void what_is_constant_stays_so_to_the_bit(void **state)
                 .coordinates = {vec2(3.0f * unit_float(hash2(i, 2)), unit_float(hash2(i, 3))), splat2(0.0f)},
                 .footprints = {{{{size, size * unit_float(hash2(i, 4))}},
                                 {{0.1f * size, -size * unit_float(hash2(i, 5))}}}},
-                .whole = i % 4 != 0,
+                .look = i % 3,
             };
             vec4 value = clast_texture_value(s.scene, use, &area, CLAST_ENCODING_SRGB, &tables, expected * 0.0f);
             for (int c = 0; c < 4; c++) {

@@ -48,7 +48,7 @@ static floor_view look_at_floor(uint32_t rows)
 }
 
 // What a sample through a point of the picture sees there; `share` of a pixel.
-static clast_texture_area floor_area(const floor_view *view, uint32_t rows, double x, double y, bool whole)
+static clast_texture_area floor_area(const floor_view *view, uint32_t rows, double x, double y)
 {
     clast_camera_ray ray = camera_ray(view->camera, (float)(x / rows), (float)(y / rows));
     vec3 direction = load3(ray.direction), normal = vec3(0.0f, 1.0f, 0.0f);
@@ -59,7 +59,7 @@ static clast_texture_area floor_area(const floor_view *view, uint32_t rows, doub
     return (clast_texture_area){
         .coordinates = {vec2(place[0], place[2]), splat2(0.0f)},
         .footprints = {footprint_of(view->gradient, load3(axes.first), load3(axes.second)), no_footprint()},
-        .whole = whole,
+        .look = LOOK_WHOLE,
     };
 }
 
@@ -70,7 +70,7 @@ static double brute_force(const clast_scene *scene, const floor_view *view, uint
     double sum = 0.0;
     for (uint32_t i = 0; i < ACROSS * ACROSS; i++) {
         clast_texture_area area = floor_area(view, rows, x + (i % ACROSS + 0.5) / ACROSS,
-                                             y + (i / ACROSS + 0.5) / ACROSS, false);
+                                             y + (i / ACROSS + 0.5) / ACROSS);
         area.footprints[0] = no_footprint();
         sum += (double)value_of(scene, &area);
     }
@@ -86,7 +86,7 @@ static void one_sample_shows_what_its_pixel_sees(void **state)
     double errors = 0.0, plain_errors = 0.0, largest = 0.0;
     for (uint32_t i = 0; i < ROWS * ROWS; i++) {
         uint32_t x = i % ROWS, y = i / ROWS;
-        clast_texture_area area = floor_area(&view, ROWS, x + 0.5, y + 0.5, true);
+        clast_texture_area area = floor_area(&view, ROWS, x + 0.5, y + 0.5);
         double expected = brute_force(scene, &view, ROWS, x, y), filtered = (double)value_of(scene, &area);
         area.footprints[0] = no_footprint();
         double plain = (double)value_of(scene, &area);
@@ -111,7 +111,7 @@ static void what_is_long_and_thin_is_sharp_across(void **state)
             clast_texture_area area = {
                 .coordinates = {splat2((float)i / 512.0f), splat2(0.0f)},
                 .footprints = {{{{32.0f / SIDE, 0.0f}}, {{0.0f, 1.0f / SIDE}}}, no_footprint()},
-                .whole = true,
+                .look = LOOK_WHOLE,
             };
             double value = (double)value_of(scene, &area);
             least = fmin(least, value);
@@ -130,11 +130,11 @@ static void odd_footprints_do_no_harm(void **state)
     const float odd[] = {NAN, INFINITY, -INFINITY, 1e38f, -1e30f, 1e-38f, 0.0f, 0.5f};
     for (uint32_t i = 0; i < 4096; i++) {
         clast_footprint at = {{{odd[i % 8], odd[i / 8 % 8]}}, {{odd[i / 64 % 8], odd[i / 512]}}};
-        for (int whole = 0; whole < 2; whole++) {
-            clast_texture_taps taps = texture_taps(at, SIDE, SIDE, 8, whole != 0);
+        for (uint32_t look = LOOK_POINT; look <= LOOK_WHOLE; look++) {
+            clast_texture_taps taps = texture_taps(at, SIDE, SIDE, 8, look);
             assert_true(taps.count >= 1 && taps.count <= 16 && taps.level >= 0.0f && taps.level <= 8.0f);
             clast_texture_area area = {
-                .coordinates = {splat2(0.3f), splat2(0.3f)}, .footprints = {at, at}, .whole = whole};
+                .coordinates = {splat2(0.3f), splat2(0.3f)}, .footprints = {at, at}, .look = look};
             float value = value_of(scene, &area);
             assert_true(value >= 0.0f && value <= 1.0f);
         }

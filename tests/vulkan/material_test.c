@@ -116,7 +116,7 @@ static clast_scene *textured_scene(void)
 }
 
 typedef struct texture_question {
-    uint32_t material, slot, encoding, whole;
+    uint32_t material, slot, encoding, look;
     packed2 coordinates[2];
     clast_footprint footprints[2];
 } texture_question;
@@ -161,7 +161,7 @@ static void add_footprints(const clast_scene *scene, texture_question *questions
     for (uint32_t i = 0; i < TEXTURE_QUESTIONS; i++) {
         const clast_material *material = &scene->materials[questions[i].material].record;
         questions[i].encoding = slot_encoding(questions[i].slot, encodings[questions[i].slot], material->alpha_mode);
-        questions[i].whole = i % 3 != 0;
+        questions[i].look = i % 3;
         for (uint32_t set = 0; set < 2; set++) {
             float size = exp2f(draw_between(-8.0f, 2.0f));
             for (int c = 0; c < 2; c++) {
@@ -177,7 +177,7 @@ static vec4 expected_value(const clast_scene *scene, const clast_srgb_table *tab
     clast_texture_area area = {
         .coordinates = {load2(question->coordinates[0]), load2(question->coordinates[1])},
         .footprints = {question->footprints[0], question->footprints[1]},
-        .whole = question->whole != 0,
+        .look = question->look,
     };
     return clast_texture_value(scene, use_of(scene, question), &area, (clast_encoding)question->encoding, table,
                                vec4(-1.0f, -2.0f, -3.0f, -4.0f));

@@ -274,7 +274,7 @@ typedef struct surface_question {
     clast_visibility seen;
     packed3 origin, direction;
     clast_ray_cone cone;
-    uint32_t whole;
+    uint32_t look;
 } surface_question;
 
 typedef struct surface_answer {
@@ -315,7 +315,7 @@ static questions *make_questions(const clast_frame *frame)
             clast_ray_cone cone = {i % 2 == 0 ? 0.0f : 0.01f * draw(),
                                    i % 2 == 0 ? 0.0f : exp2f(-4.0f - 6.0f * draw())};
             q->asked[q->count++] = (surface_question){clast_visibility_of_hit(&hit), store3(origin), store3(direction),
-                                                      cone, i % 4 / 2};
+                                                      cone, i % 3};
         }
     }
     return q;
@@ -354,7 +354,7 @@ static void ask(const clast_frame *frame, const clast_scene *scene, const questi
 static surface_answer expect(const clast_frame *frame, const clast_srgb_table *table, const questions *q, uint32_t i)
 {
     vec3 direction = load3(q->asked[i].direction);
-    clast_finding_ray ray = {direction, q->asked[i].cone, q->asked[i].whole != 0};
+    clast_finding_ray ray = {direction, q->asked[i].cone, q->asked[i].look};
     clast_found_surface found = clast_find_surface(frame, &q->asked[i].seen, &ray);
     clast_shade_surface(frame, table, direction * -1.0f, &found);
     const clast_shading_point *p = &found.point;
