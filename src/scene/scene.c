@@ -469,9 +469,10 @@ clast_status clast_scene_add_light(clast_scene *scene, const clast_light_desc *l
     }
     clast_context *context = scene->context;
     vec3 direction = normalize3(vec3(light->direction[0], light->direction[1], light->direction[2]));
-    bool sound = vector_is_finite(light->position) && vector_is_finite(light->direction) &&
-                 vector_is_finite(light->colour) && isfinite(light->intensity) && light->intensity >= 0.0f &&
-                 light->range >= 0.0f && (unsigned)light->type <= CLAST_LIGHT_DIRECTIONAL;
+    vec3 radiance = vec3(light->colour[0], light->colour[1], light->colour[2]) * light->intensity;
+    bool sound = vector_is_finite(light->position) && vector_is_finite(light->direction) && is_finite3(radiance) &&
+                 isfinite(light->intensity) && light->intensity >= 0.0f && light->range >= 0.0f &&
+                 (unsigned)light->type <= CLAST_LIGHT_DIRECTIONAL;
     if (light->type != CLAST_LIGHT_POINT) {
         sound = sound && dot3(direction, direction) > 0.5f;
     }
@@ -488,19 +489,17 @@ clast_status clast_scene_add_light(clast_scene *scene, const clast_light_desc *l
     if (status != CLAST_OK) {
         return status;
     }
-    clast_scene_light added = {
-        .record =
-            {
-                .type = light->type,
-                .position = {{light->position[0], light->position[1], light->position[2]}},
-                .direction = store3(direction),
-                .radiance = {{light->colour[0] * light->intensity, light->colour[1] * light->intensity,
-                              light->colour[2] * light->intensity}},
-                .range = light->range,
-                .inner_cosine = cosf(light->inner_angle),
-                .outer_cosine = cosf(light->outer_angle),
-            },
-        .node = CLAST_NONE};
+    clast_scene_light added = {.record =
+                                   {
+                                       .type = light->type,
+                                       .position = {{light->position[0], light->position[1], light->position[2]}},
+                                       .direction = store3(direction),
+                                       .radiance = store3(radiance),
+                                       .range = light->range,
+                                       .inner_cosine = cosf(light->inner_angle),
+                                       .outer_cosine = cosf(light->outer_angle),
+                                   },
+                               .node = CLAST_NONE};
     if (!copy_name(context, name, &added.name)) {
         return CLAST_ERROR_OUT_OF_MEMORY;
     }

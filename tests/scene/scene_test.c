@@ -233,6 +233,9 @@ static void lights_and_environments_are_checked(void **state)
     assert_int_equal(clast_scene_add_light(scene, &light, NULL, &number), CLAST_ERROR_INVALID_ARGUMENT); // no direction
     light.direction[1] = -2.0f;
     assert_ok(context, clast_scene_add_light(scene, &light, "sun", &number));
+    clast_light_desc bright = light;
+    bright.intensity = bright.colour[1] = 1e30f; // their product is not finite
+    assert_int_equal(clast_scene_add_light(scene, &bright, NULL, &number), CLAST_ERROR_INVALID_ARGUMENT);
     assert_float_equal(scene->lights[number].record.direction.v[1], -1.0f, 1e-6f);
     light = (clast_light_desc){.type = CLAST_LIGHT_SPOT,
                                .direction = {1, 0, 0},
