@@ -296,6 +296,9 @@ clast_status clast_gpu_allocate(clast_gpu *gpu, clast_gpu_memory memory, uint64_
         return clast_fail(gpu->context, CLAST_ERROR_OUT_OF_MEMORY, "vulkan: %s needs more than there can be", name);
     }
     bytes = bytes == 0 ? 16 : round_up(bytes, 16);
+    if (gpu->desc.size_hook.size != NULL && memory == CLAST_GPU_DEVICE) {
+        bytes = round_up(gpu->desc.size_hook.size(gpu->desc.size_hook.user, name, bytes), 16);
+    }
     clast_gpu_block *block;
     uint64_t offset;
     uint64_t taken = round_up(bytes, buffer_alignment);
@@ -338,7 +341,8 @@ clast_status clast_gpu_reserve(clast_gpu *gpu, clast_gpu_memory memory, uint64_t
     uint64_t grown = buffer->bytes + buffer->bytes / 2;
     clast_gpu_free(gpu, buffer);
     clast_status status = CLAST_ERROR_OUT_OF_MEMORY;
-    if (grown > bytes && grown <= gpu->largest_allocation && gpu->desc.memory_limit == 0) {
+    bool may_grow = gpu->desc.memory_limit == 0 && gpu->desc.size_hook.size == NULL;
+    if (grown > bytes && grown <= gpu->largest_allocation && may_grow) {
         status = clast_gpu_allocate(gpu, memory, grown, name, buffer);
     }
     return status == CLAST_OK ? status : clast_gpu_allocate(gpu, memory, bytes, name, buffer);
