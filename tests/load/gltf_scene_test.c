@@ -426,6 +426,50 @@ static void a_texture_transform_is_read(void **state)
     assert_int_equal(use->coordinate_set, 1);
 }
 
+// Slots with transforms of their own, told by their offsets.
+#define TURNED(name, offset) \
+    "'" name "':{'index':0,'extensions':{'KHR_texture_transform':{'offset':[" #offset \
+    ",0.5],'scale':[2,3],'rotation':0.25,'texCoord':1}}}"
+#define TURNED_BASE TURNED("baseColorTexture", 1) "," TURNED("metallicRoughnessTexture", 2)
+#define TURNED_MAPS TURNED("normalTexture", 3) "," TURNED("occlusionTexture", 4)
+#define TURNED_LIGHT TURNED("emissiveTexture", 5)
+#define TURNED_SPECULAR TURNED("specularTexture", 6) "," TURNED("specularColorTexture", 7)
+#define TURNED_COAT TURNED("clearcoatTexture", 8) "," TURNED("clearcoatRoughnessTexture", 9)
+#define TURNED_COAT_NORMAL TURNED("clearcoatNormalTexture", 10)
+#define TURNED_SHEEN TURNED("sheenColorTexture", 11) "," TURNED("sheenRoughnessTexture", 12)
+#define TURNED_STRETCH TURNED("anisotropyTexture", 13)
+#define TURNED_GLASS TURNED("transmissionTexture", 14)
+#define TURNED_SURFACE \
+    "{'pbrMetallicRoughness':{" TURNED_BASE "}," TURNED_MAPS "," TURNED_LIGHT ",'extensions':{" \
+    "'KHR_materials_specular':{" TURNED_SPECULAR "}," \
+    "'KHR_materials_clearcoat':{" TURNED_COAT "," TURNED_COAT_NORMAL "}," \
+    "'KHR_materials_sheen':{" TURNED_SHEEN "}," \
+    "'KHR_materials_anisotropy':{" TURNED_STRETCH "}," \
+    "'KHR_materials_transmission':{" TURNED_GLASS "}}}"
+
+static void every_slot_has_a_transform_of_its_own(void **state)
+{
+    fixture *f = *state;
+    put_triangle(f);
+    memory_files_put(&f->files, "pixel.png", PIXEL_PNG, sizeof PIXEL_PNG);
+    assert_loads(f, SURFACE(TURNED_SURFACE, PIXEL));
+    const clast_material *m = material_of(f);
+    const clast_texture_use *uses[] = {
+        &m->base_colour_texture,      &m->metallic_roughness_texture, &m->normal_texture,
+        &m->occlusion_texture,        &m->emissive_texture,           &m->specular_texture,
+        &m->specular_colour_texture,  &m->clearcoat_texture,          &m->clearcoat_roughness_texture,
+        &m->clearcoat_normal_texture, &m->sheen_colour_texture,       &m->sheen_roughness_texture,
+        &m->anisotropy_texture,       &m->transmission_texture,
+    };
+    for (size_t i = 0; i < sizeof uses / sizeof *uses; i++) {
+        assert_int_equal(uses[i]->texture, 0);
+        assert_int_equal(uses[i]->coordinate_set, 1);
+        assert_floats(uses[i]->offset.v, (float[]){(float)i + 1.0f, 0.5f}, 2, 0.0f);
+        assert_floats(uses[i]->scale.v, (float[]){2.0f, 3.0f}, 2, 0.0f);
+        assert_float_equal(uses[i]->rotation, 0.25f, 0.0f);
+    }
+}
+
 static void later_coordinate_sets_take_the_two_places(void **state)
 {
     fixture *f = *state;
@@ -590,6 +634,7 @@ int main(void)
         GLTF_TEST(all_five_textures_are_read),
         GLTF_TEST(samplers_are_read),
         GLTF_TEST(a_texture_transform_is_read),
+        GLTF_TEST(every_slot_has_a_transform_of_its_own),
         GLTF_TEST(later_coordinate_sets_take_the_two_places),
         GLTF_TEST(images_come_from_views_and_data_uris),
         GLTF_TEST(images_that_no_material_uses_are_not_opened),
