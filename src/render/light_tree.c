@@ -8,6 +8,9 @@
 #include "base/thread.h"
 #include "render/light_bounds.h"
 
+// Where there are few lights, all are weighed; of many, the same time is better spent on turns.
+enum { LEAF_LIGHTS = 4 };
+
 enum { BINS = 16, TASK_LIGHTS = 4096, CHUNK_LIGHTS = 4096, STACK_MOST = 2 * LIGHT_TREE_LEVELS + 2 };
 
 // The lights of [begin, end), and where their node's split is to be told: splits[parent][side].
@@ -193,7 +196,7 @@ static void bound_centres(const build *build, range of, vec3 *low, vec3 *high)
 static bool must_halve(range of)
 {
     uint32_t turns = LIGHT_TREE_LEVELS - of.level; // one is taken now
-    uint64_t most = turns >= 29 ? UINT64_MAX : (uint64_t)LIGHT_LEAF_MOST << (turns - 1);
+    uint64_t most = turns >= 29 ? UINT64_MAX : (uint64_t)LEAF_LIGHTS << (turns - 1);
     return (uint64_t)(of.end - of.begin) > most / 2;
 }
 
@@ -231,7 +234,7 @@ static uint32_t split_range(const build *build, range of, bin (*bins)[3][BINS])
 
 static bool is_leaf(range of)
 {
-    return of.end - of.begin <= LIGHT_LEAF_MOST;
+    return of.end - of.begin <= (of.level == 0 ? LIGHT_LEAF_MOST : LEAF_LIGHTS);
 }
 
 // Splits a range and puts its two sides on the stack.

@@ -11,7 +11,7 @@
 
 #include "shared/light.h"
 
-LIMIT(LIGHT_LEAF_MOST, 8u, "lights of a leaf: each is weighed by itself")
+LIMIT(LIGHT_LEAF_MOST, 8u, "lights of a leaf, at most: each is weighed by itself")
 LIMIT(LIGHT_TREE_LEVELS, 32u, "turns from the root to a leaf, at most: a trail has a bit for each")
 TABLE float LIGHT_SLACK = 1e-3f;         // that cosines get on top: rounding must not make a light vanish
 TABLE float LIGHT_NEAREST = 1e-9f;       // least distance, in the tree's scale
@@ -22,7 +22,7 @@ TABLE float LIGHT_SPREAD = 0.5f;         // of the square of a sphere's radius: 
 LIMIT(DIRECTION_NONE, 0xffffffffu, "in place of a packed direction: none")
 TABLE float DIRECTION_STEPS = 32767.0f; // of a coordinate, either way
 
-FN float packed_coordinate(uint bits) { return rough_divide(to_float(bits) - DIRECTION_STEPS, DIRECTION_STEPS); }
+FN float packed_coordinate(uint bits) { return (to_float(bits) - DIRECTION_STEPS) * 3.0518509e-5f; }
 
 FN uint pack_coordinate(float x) { return to_uint(clamp1(x, -1.0f, 1.0f) * DIRECTION_STEPS + (DIRECTION_STEPS + 0.5f)); }
 
@@ -214,11 +214,11 @@ FN float light_importance(clast_light_bounds lights, clast_light_view view)
     float radius_square = lights.radius * lights.radius;
     bool outside = square > radius_square;
     float distance = rough_sqrt(square);
-    vec3 towards = outside ? away * rough_divide(1.0f, distance) : splat3(0.0f);
+    float scale = outside ? rough_divide(1.0f, distance) : 0.0f;
+    vec3 towards = away * scale;
     clast_light_angle about;
-    float sine_square = outside ? rough_divide(radius_square, square) : 0.0f;
-    about.sine = outside ? rough_sqrt(sine_square) : 0.0f;
-    about.cosine = outside ? rough_sqrt(max1(1.0f - sine_square, 0.0f)) : -1.0f;
+    about.sine = lights.radius * scale;
+    about.cosine = outside ? rough_sqrt(max1(1.0f - about.sine * about.sine, 0.0f)) : -1.0f;
     // A sphere around the point may still lie behind the surface.
     bool behind = view.all_sides == 0u && dot3(load3(view.normal), away) < -1.0001f * lights.radius - LIGHT_SLACK * distance;
     bool beyond = lights.reach > 0.0f && distance - lights.radius > lights.reach * 1.0001f;
