@@ -29,7 +29,9 @@ bool load_points(uint first, uint count)
     uint64_t address = push.vertices + 12ul * first;
     if (push.positions == 0ul) {
         for (uint i = cluster_lane(); i < 3u * count; i += LANES) {
-            cluster_floats[cluster_slot() * CLUSTER_FLOATS + i] = floats(address).at[i];
+            float coordinate = floats(address).at[i];
+            cluster_size_bits = max(cluster_size_bits, size_bits(coordinate));
+            cluster_floats[cluster_slot() * CLUSTER_FLOATS + i] = coordinate;
         }
         cluster_barrier();
         return true;
@@ -72,7 +74,6 @@ void main()
     target.box = push.boxes + 24ul * number;
     target.cluster = number;
     target.counts = topology.counts;
-    target.vertex_count = topology.vertices;
     target.own_triangles = 0u;
     fit_cluster(target);
 }

@@ -31,7 +31,6 @@ struct fit_target
     uint64_t box;      // clast_box: gets the box around all; without sound triangles, one inside out
     uint cluster;      // its number in the unit
     uint counts;       // cluster_counts()
-    uint vertex_count;
     uint own_triangles; // 0: its pairs are its topology's
 };
 
@@ -49,16 +48,6 @@ struct fit_extent
 };
 
 fit_extent fit_join(fit_extent a, vec3 v) { return fit_extent(min(a.lower, v), max(a.upper, v)); }
-
-// Whether all vertices are sound: then so are all triangles, and nobody looks at each.
-bool fit_all_sound(uint count)
-{
-    bool sound = true;
-    for (uint i = cluster_lane(); i < count; i += LANES) {
-        sound = sound && is_sound3(cluster_point(i));
-    }
-    return subgroupAll(sound);
-}
 
 // A pair by its number. A cluster's own is made of its triangles 2 number and 2 number + 1, and written.
 clast_pair fit_pair(fit_target target, uint number)
@@ -269,7 +258,7 @@ void fit_cluster(fit_target target)
 {
     uint leaves = cluster_leaves(target.counts), nodes = cluster_nodes(target.counts);
     fit_clear();
-    bool all_sound = fit_all_sound(target.vertex_count);
+    bool all_sound = subgroupAll(cluster_size_bits <= SOUND_MOST); // then so are all triangles, and nobody looks at each
     bool unsound = false;
     fit_extent extents[FIT_ROUNDS];
     fit_extent own = fit_extent(vec3(FIT_BEYOND), vec3(-FIT_BEYOND));

@@ -35,8 +35,12 @@ vec3 cluster_point(uint number)
     return vec3(cluster_floats[at], cluster_floats[at + 1u], cluster_floats[at + 2u]);
 }
 
+// The size of the largest coordinate that this invocation set: points are sound up to SOUND_MOST.
+uint cluster_size_bits = 0u;
+
 void set_cluster_point(uint number, vec3 point)
 {
+    cluster_size_bits = max(cluster_size_bits, size_bits3(point));
     uint at = cluster_slot() * CLUSTER_FLOATS + 3u * number;
     cluster_floats[at] = point.x;
     cluster_floats[at + 1u] = point.y;

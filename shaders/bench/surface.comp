@@ -32,11 +32,11 @@ push;
 
 const uint QUADS = 8u;
 
-vec2 place_in_grid(uint cluster, uint vertex)
+// `step` is from a vertex of the cell to the next.
+vec2 place_in_grid(uvec2 cell, vec2 step, uint vertex)
 {
-    uvec2 cell = bench_cell(cluster, push.logarithms);
     uvec2 corner = cell * QUADS + uvec2(vertex % (QUADS + 1u), vertex / (QUADS + 1u));
-    return vec2(corner) / vec2(QUADS << push.logarithms.x, QUADS << push.logarithms.y);
+    return vec2(corner) * step;
 }
 
 vec2 place_in_pattern(uint cluster, uint pattern, uint vertex)
@@ -59,8 +59,10 @@ void main()
     }
     clast_device_cluster from = bench_clusters(push.inputs).at[number];
     clast_device_template topology = fit_templates(push.templates).at[from.template_number];
+    uvec2 cell = bench_cell(number, push.logarithms);
+    vec2 step = 1.0 / vec2(QUADS << push.logarithms.x, QUADS << push.logarithms.y);
     for (uint i = cluster_lane(); i < topology.vertices; i += LANES) {
-        vec2 place = PATTERNS != 0u ? place_in_pattern(number, from.template_number, i) : place_in_grid(number, i);
+        vec2 place = PATTERNS != 0u ? place_in_pattern(number, from.template_number, i) : place_in_grid(cell, step, i);
         set_cluster_point(i, bench_surface(SURFACE, place, push.time));
     }
     cluster_barrier();
@@ -71,7 +73,6 @@ void main()
     target.box = push.boxes + 24ul * number;
     target.cluster = number;
     target.counts = topology.counts;
-    target.vertex_count = topology.vertices;
     target.own_triangles = 0u;
     store_cluster_points(target.vertices, topology.vertices);
     if (FITS != 0u) {

@@ -57,7 +57,6 @@ void main()
     target.box = load_address(unit.of.boxes) + 24ul * uint64_t(place.group);
     target.cluster = place.group;
     target.counts = triangles_counts(record_triangles(record));
-    target.vertex_count = record_vertices(record);
     target.own_triangles = 0u;
 #ifdef SOURCE_COMPOSITES
     if (record_form(record) == FORM_COMPOSITE) {
