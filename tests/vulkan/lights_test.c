@@ -280,13 +280,29 @@ static void triangles_shine(void **state)
     compare(&p);
 }
 
+// So many that the tree over them is deep.
+static void hundreds_of_triangles_and_lights_shine(void **state)
+{
+    (void)state;
+    picture p = picture_open(device.context, 4, 1);
+    uint32_t material = picture_material(&p, 0.5f, 0.0f, 0.5f, 3.0f);
+    for (uint32_t i = 0; i < 300; i++) {
+        vec3 right = draw_direction() * (0.02f + 0.2f * draw());
+        picture_add_square(&p, draw_direction() * (4.0f * draw()), right, cross3(right, draw_direction()), material);
+    }
+    add_lights(&p, 150);
+    picture_surround(&p, 0.2f);
+    picture_build(&p);
+    compare(&p);
+}
+
 int main(void)
 {
     device = test_device_open();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_picture_surrounds),      cmocka_unit_test(a_sky_surrounds),
         cmocka_unit_test(a_few_lights_are_weighed), cmocka_unit_test(many_lights_are_chosen_from),
-        cmocka_unit_test(triangles_shine),
+        cmocka_unit_test(triangles_shine),          cmocka_unit_test(hundreds_of_triangles_and_lights_shine),
     };
     int failed = cmocka_run_group_tests_name("lights of a device", tests, NULL, NULL);
     return test_device_close(&device) ? failed : 1;
