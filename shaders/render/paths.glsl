@@ -133,9 +133,10 @@ uint64_t pixel_number(clast_path_pixel pixel)
 }
 
 // By the pixel's place in the whole picture.
-uint seed_of(clast_path_pixel pixel)
+clast_pixel_samples samples_of(clast_path_pixel pixel)
 {
-    return path_seed(render_of().of.area_x + pixel.x, render_of().of.area_y + pixel.y, render_of().of.seed);
+    return pixel_samples(render_of().of.area_x + pixel.x, render_of().of.area_y + pixel.y, render_of().of.seed,
+                         render_of().of.power);
 }
 
 // A view's first channel in a pixel; not to be read where the view is not wanted.

@@ -136,12 +136,12 @@ clast_path_surface path_surface_of(shading_point point)
     return at;
 }
 
-vec2 next_square(uint seed, uint use) { return path_square(push.sample_number, seed, push.bounce, use); }
+vec2 next_square(clast_pixel_samples samples, uint use) { return path_square(push.sample_number, samples, push.bounce, use); }
 
 // A shadow ray to a side that is more likely the more the surface faces it: what comes through is white.
-uint add_openness(uint path, uint seed, shading_point point)
+uint add_openness(uint path, clast_pixel_samples samples, shading_point point)
 {
-    vec2 u = path_square(push.sample_number, seed, 0u, PATH_USE_DIRECTION);
+    vec2 u = path_square(push.sample_number, samples, 0u, PATH_USE_DIRECTION);
     vec3 direction = from_basis(basis_around(point.normal), sample_cosine_hemisphere(u));
     if (dot3(direction, point.geometric_normal) <= 0.0f) {
         return 0u;
@@ -156,11 +156,11 @@ uint add_openness(uint path, uint seed, shading_point point)
 }
 
 // Where the path goes on from a step is stored; false where it ends.
-bool follow(uint path, uint seed, path_state state, clast_path_surface at, clast_bsdf bsdf, clast_path_step made,
+bool follow(uint path, clast_pixel_samples samples, path_state state, clast_path_surface at, clast_bsdf bsdf, clast_path_step made,
             shading_point point)
 {
     float chance = path_survival(load3(made.throughput), push.bounce);
-    bool survives = chance >= 1.0f || next_square(seed, PATH_USE_ROULETTE)[0] < chance;
+    bool survives = chance >= 1.0f || next_square(samples, PATH_USE_ROULETTE)[0] < chance;
     bool goes_on = made.density > 0.0f && survives;
     if (made.passes != 0u) {
         bool is_open = bsdf.thin != 0u || point.surface.inside != 0u;
@@ -186,13 +186,13 @@ const uint TURNS = 3u;
 
 // Scatters light at a surface: from a light, from the sun, and to where the path goes on. One text for the three, as how a
 // surface scatters is long.
-uint scatter_path(light_room room, uint path, uint seed, path_state state, shading_point point)
+uint scatter_path(light_room room, uint path, clast_pixel_samples samples, path_state state, shading_point point)
 {
     clast_path_surface at = path_surface_of(point);
     vec3 view = path_view(at, state.direction);
     clast_bsdf_input surface = point.surface;
     if (surface.dispersion > 0.0f) {
-        clast_path_colour in_colour = path_choose_colour(state.throughput, next_square(seed, PATH_USE_ROULETTE)[1]);
+        clast_path_colour in_colour = path_choose_colour(state.throughput, next_square(samples, PATH_USE_ROULETTE)[1]);
         state.throughput = load3(in_colour.throughput);
         surface = surface_of_colour(surface, in_colour.colour);
     }
@@ -200,10 +200,10 @@ uint scatter_path(light_room room, uint path, uint seed, path_state state, shadi
     state.lit = lit_point(point.position, point.normal, bsdf_passes(bsdf));
     state.shares = lights_share(room.lights, state.lit, point.geometric_normal, point.normal);
     bool softens = render_of().of.fireflies == CLAST_FIREFLIES_SOFTENED;
-    vec2 choice = next_square(seed, PATH_USE_CHOICE);
+    vec2 choice = next_square(samples, PATH_USE_CHOICE);
     uint lists = 0u;
     [[dont_unroll]] for (uint turn = 0u; turn < TURNS; turn++) {
-        vec2 u = next_square(seed, turn == TURN_LIGHT ? PATH_USE_LIGHT : turn == TURN_SUN ? PATH_USE_SUN : PATH_USE_DIRECTION);
+        vec2 u = next_square(samples, turn == TURN_LIGHT ? PATH_USE_LIGHT : turn == TURN_SUN ? PATH_USE_SUN : PATH_USE_DIRECTION);
         clast_light_sample light = no_light();
         clast_bsdf_sample chosen;
         vec3 direction;
@@ -221,7 +221,7 @@ uint scatter_path(light_room room, uint path, uint seed, path_state state, shadi
         if (turn == TURN_NEXT) {
             clast_path_step made =
                 path_step(at, bsdf, chosen, direction, answer, state.throughput, state.alpha_floor, softens);
-            lists |= follow(path, seed, state, at, bsdf, made, point) ? GOES_ON : 0u;
+            lists |= follow(path, samples, state, at, bsdf, made, point) ? GOES_ON : 0u;
         } else {
             clast_path_connection made = path_connect(at, answer, state.throughput, light);
             if (largest3(load3(made.radiance)) > 0.0f) {
@@ -246,7 +246,7 @@ void step_to_distance(light_room room, uint path, path_state state)
     store_radiance(path, state);
 }
 
-uint step_at_surface(light_room room, uint path, uint seed, path_state state, shading_point point, float distance)
+uint step_at_surface(light_room room, uint path, clast_pixel_samples samples, path_state state, shading_point point, float distance)
 {
     uint lists = 0u;
     bool is_lit = render_of().of.integrator == CLAST_INTEGRATOR_PATH || render_of().of.integrator == CLAST_INTEGRATOR_DIRECT;
@@ -254,7 +254,7 @@ uint step_at_surface(light_room room, uint path, uint seed, path_state state, sh
         float facing = abs1(dot3(point.normal, state.direction));
         state.radiance = point.emission + load3(point.surface.base.base_colour) * facing;
     } else if (render_of().of.integrator == CLAST_INTEGRATOR_AO) {
-        lists = add_openness(path, seed, point);
+        lists = add_openness(path, samples, point);
     } else {
         add_emission(room, path, state, point, distance);
         note_direct(path, state.radiance);
@@ -263,7 +263,7 @@ uint step_at_surface(light_room room, uint path, uint seed, path_state state, sh
         }
     }
     if (is_lit && !point.unlit && push.bounce < most_bounces()) {
-        lists = scatter_path(room, path, seed, state, point);
+        lists = scatter_path(room, path, samples, state, point);
     } else {
         store_radiance(path, state);
     }
@@ -296,7 +296,7 @@ uint step_path(uint path, clast_path_pixel pixel)
             add_surface_views(pixel, point);
         }
         if (has_colour) {
-            lists = step_at_surface(room, path, seed_of(pixel), state, point, seen.distance);
+            lists = step_at_surface(room, path, samples_of(pixel), state, point, seen.distance);
         }
     } else if (has_colour) {
         step_to_distance(room, path, state);

@@ -70,7 +70,7 @@ clast_ray primary_ray_of(clast_path_pixel pixel)
 {
     clast_camera_ray ray = primary_ray(frame_of_render().of.camera, render_of().of.width, render_of().of.height,
                                        render_of().of.area_x + pixel.x, render_of().of.area_y + pixel.y,
-                                       push.sample_number, seed_of(pixel));
+                                       push.sample_number, samples_of(pixel));
     return make_ray(load3(ray.origin), ray.t_min, load3(ray.direction), ray.t_max);
 }
 

@@ -27,7 +27,7 @@ typedef struct checkpoint_header {
     uint32_t by_noise;
     uint32_t sample;
     uint32_t done; // active squares that have it
-    uint32_t nothing;
+    uint32_t power;
     uint64_t work, expected;
     uint64_t camera, scene, device;
 } checkpoint_header;
@@ -80,6 +80,7 @@ static checkpoint_header header_of(const clast_frame *frame, const clast_checkpo
         .by_noise = target->halves != NULL,
         .sample = target->sample,
         .done = target->squares.done,
+        .power = target->power,
         .work = target->squares.work,
         .expected = target->squares.expected,
         .camera = clast_camera_identity(frame),
@@ -253,7 +254,7 @@ static bool squares_are_sound(const clast_render_target *target, const checkpoin
 {
     const clast_squares *squares = &target->squares;
     uint64_t work = 0;
-    bool sound = found->done <= squares->active_count && found->sample <= 1u << 20 &&
+    bool sound = found->done <= squares->active_count && found->sample <= 1u << 20 && found->power <= 20 &&
                  (found->done == 0 || found->done < squares->active_count);
     for (uint32_t i = 0; i < squares->count && sound; i++) {
         sound = goes_on[i] != 0 || (squares->samples[i] <= found->sample && squares->noise != NULL);
@@ -293,6 +294,7 @@ static clast_status take(clast_context *context, const char *path, const clast_f
     }
     target->sample = target->first_sample = found.sample;
     target->squares.done = found.done;
+    target->power = found.power; // samples beyond are laid out anew
     target->squares.work = target->first_work = found.work;
     target->squares.expected = found.expected;
     target->is_resumed = true;

@@ -8,20 +8,20 @@
 enum { SURFACES = 16 }; // that are found before the first of them is shaded
 
 // By the pixel's place in the whole picture.
-static uint32_t pixel_seed(const clast_render_target *target, clast_path_pixel at)
+static clast_pixel_samples samples_of(const clast_render_target *target, clast_path_pixel at)
 {
-    return path_seed(target->area.x + at.x, target->area.y + at.y, target->settings.seed);
+    return pixel_samples(target->area.x + at.x, target->area.y + at.y, target->settings.seed, target->power);
 }
 
-static vec2 next_square(const clast_render_target *target, uint32_t seed, uint32_t bounce, uint32_t use)
+static vec2 next_square(const clast_render_target *target, clast_pixel_samples samples, uint32_t bounce, uint32_t use)
 {
-    return path_square(target->sample, seed, bounce, use);
+    return path_square(target->sample, samples, bounce, use);
 }
 
 clast_camera_ray clast_primary_ray(const clast_frame *frame, const clast_render_target *target, clast_path_pixel at)
 {
     return primary_ray(frame->settings.camera, target->width, target->height, target->area.x + at.x,
-                       target->area.y + at.y, target->sample, pixel_seed(target, at));
+                       target->area.y + at.y, target->sample, samples_of(target, at));
 }
 
 clast_ray clast_ray_of(clast_camera_ray from)
@@ -57,7 +57,7 @@ static interaction interact(const clast_render_target *target, clast_path *path,
     made.view = path_view(made.at, path->direction);
     clast_bsdf_input surface = point->surface;
     if (surface.dispersion > 0.0f) {
-        float choice = next_square(target, path->seed, bounce, PATH_USE_ROULETTE)[1];
+        float choice = next_square(target, path->samples, bounce, PATH_USE_ROULETTE)[1];
         clast_path_colour chosen = path_choose_colour(path->throughput, choice);
         path->throughput = load3(chosen.throughput);
         surface = surface_of_colour(surface, chosen.colour);
@@ -81,8 +81,8 @@ static clast_ray leave_surface(const clast_path_surface *at, vec3 direction, flo
 static bool sample_direction(const clast_render_target *target, clast_path *path, const interaction *of,
                              const clast_shading_point *point, uint32_t bounce)
 {
-    vec2 u = next_square(target, path->seed, bounce, PATH_USE_DIRECTION);
-    float lobe = next_square(target, path->seed, bounce, PATH_USE_CHOICE)[1];
+    vec2 u = next_square(target, path->samples, bounce, PATH_USE_DIRECTION);
+    float lobe = next_square(target, path->samples, bounce, PATH_USE_CHOICE)[1];
     clast_bsdf_sample chosen = bsdf_direction(of->bsdf, of->view, u, lobe);
     vec3 direction = path_direction(of->at, chosen);
     if (load3(chosen.direction)[2] == 0.0f) {
@@ -110,7 +110,7 @@ static bool sample_direction(const clast_render_target *target, clast_path *path
 static bool survives(const clast_render_target *target, clast_path *path, uint32_t bounce)
 {
     float chance = path_survival(path->throughput, bounce);
-    if (chance < 1.0f && next_square(target, path->seed, bounce, PATH_USE_ROULETTE)[0] >= chance) {
+    if (chance < 1.0f && next_square(target, path->samples, bounce, PATH_USE_ROULETTE)[0] >= chance) {
         return false;
     }
     path->throughput = path->throughput * (1.0f / chance);
@@ -211,13 +211,13 @@ static void sample_lights(tile_job *job, uint32_t from, const interaction *of, u
 {
     const clast_render_target *target = job->target;
     const clast_path *path = &job->scratch->paths[from];
-    vec2 u = next_square(target, path->seed, bounce, PATH_USE_LIGHT);
-    float choice = next_square(target, path->seed, bounce, PATH_USE_CHOICE)[0];
+    vec2 u = next_square(target, path->samples, bounce, PATH_USE_LIGHT);
+    float choice = next_square(target, path->samples, bounce, PATH_USE_CHOICE)[0];
     clast_light_sample light = clast_lights_sample(target->lights, &path->shares, path->lit, choice, u);
     add_shadow(job, from, of, &light);
     if (path->shares.sun > 0.0f) {
         light = clast_lights_sample_sun(target->lights, &path->shares,
-                                        next_square(target, path->seed, bounce, PATH_USE_SUN));
+                                        next_square(target, path->samples, bounce, PATH_USE_SUN));
         add_shadow(job, from, of, &light);
     }
 }
@@ -251,7 +251,7 @@ static void add_openness(tile_job *job, uint32_t from, const clast_shading_point
 {
     clast_scratch *scratch = job->scratch;
     const clast_render_target *target = job->target;
-    vec2 u = next_square(target, scratch->paths[from].seed, 0, PATH_USE_DIRECTION);
+    vec2 u = next_square(target, scratch->paths[from].samples, 0, PATH_USE_DIRECTION);
     vec3 direction = from_basis(basis_around(point->normal), sample_cosine_hemisphere(u));
     if (dot3(direction, point->geometric_normal) <= 0.0f) {
         return;
@@ -342,7 +342,7 @@ static void begin_paths(tile_job *job)
             .direction = load3(ray.direction),
             .cone = camera_cone(job->frame->settings.camera, target->height, load3(ray.direction), target->sample),
             .pixel = pixel,
-            .seed = pixel_seed(target, at),
+            .samples = samples_of(target, at),
         };
         job->scratch->seen[i] = target->visibility[pixel];
     }

@@ -28,7 +28,7 @@ typedef struct clast_path {
     float alpha_floor;         // least width of the lobes to come
     clast_ray_cone cone;       // around that ray, where it began
     uint32_t pixel;
-    uint32_t seed;
+    clast_pixel_samples samples;
 } clast_path;
 
 // A worker's memory for a tile.

@@ -60,6 +60,16 @@ static clast_status begin_cpu(clast_context *context, clast_render_target *targe
     return target->visibility != NULL && target->scratch != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
 }
 
+// How many samples there may be, up to the next power of two.
+static uint32_t power_for(uint32_t samples)
+{
+    uint32_t power = 0;
+    while (power < 20 && 1u << power < samples) {
+        power++;
+    }
+    return power;
+}
+
 static clast_status begin(clast_frame *frame, const clast_backend *backend, clast_render_target *target)
 {
     clast_context *context = frame->context;
@@ -282,6 +292,7 @@ clast_status clast_render_run(clast_frame *frame, const clast_backend *backend, 
     target->settings = *settings;
     target->width = settings->width;
     target->height = settings->height;
+    target->power = power_for(settings->spp);
     clast_status status = clast_find_area(context, settings, &target->area);
     if (status == CLAST_OK) {
         begin_outputs(target, request->outputs, request->output_count);

@@ -17,6 +17,7 @@ typedef struct clast_render_target {
     uint32_t width, height;         // of the whole picture
     clast_render_area area;         // what is rendered of it: pixels of sums and views are its
     clast_squares squares;
+    uint32_t power;               // of two: how many samples of a pixel points are laid out for
     uint32_t sample;              // being traced; before it, all are done
     uint32_t first_sample;        // of this run: more than zero where it goes on with a checkpoint
     uint64_t first_work;          // likewise of squares.work

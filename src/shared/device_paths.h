@@ -88,6 +88,7 @@ RECORD(clast_device_render)
     uint area_height;
     uint squares_across;
     uint seed;
+    uint power;               // of two: samples that points are laid out for
     uint bounces;             // most of a path
     uint integrator;          // CLAST_INTEGRATOR_
     uint fireflies;           // CLAST_FIREFLIES_
@@ -95,6 +96,6 @@ RECORD(clast_device_render)
     float rate;               // wanted density of geometry
     float gain;               // two to the power of the exposure
 };
-RECORD_SIZE(clast_device_render, 12 * 8 + 14 * 8 + 60)
+RECORD_SIZE(clast_device_render, 12 * 8 + 14 * 8 + 64)
 
 #endif

@@ -24,25 +24,24 @@ TABLE float PATH_GLOSSY_WIDTH = 0.5f;    // and after a glossy one, in parts of 
 TABLE float PATH_INDIRECT_MOST = 10.0f;  // of a sample's light that is clamped: far whiter than white
 TABLE float PATH_LEAST_SURVIVAL = 0.02f; // of paths that carry next to nothing
 
-FN uint path_seed(uint x, uint y, uint seed) { return hash3(x, y, seed); }
-
 // The point for a use at a bounce of the path of a pixel's sample.
-FN vec2 path_square(uint sample_number, uint seed, uint bounce, uint use)
+FN vec2 path_square(uint sample_number, clast_pixel_samples pixel, uint bounce, uint use)
 {
-    return sample_square(sample_number, sample_seed(seed, bounce * PATH_USES + use));
+    return square_of_pixel(sample_number, pixel, bounce * PATH_USES + use);
 }
 
 // The first sample's go through the centres of pixels.
-FN clast_camera_ray primary_ray(clast_camera camera, uint width, uint height, uint x, uint y, uint sample_number, uint seed)
+FN clast_camera_ray primary_ray(clast_camera camera, uint width, uint height, uint x, uint y, uint sample_number,
+                                clast_pixel_samples pixel)
 {
     vec2 offset = vec2(0.5f, 0.5f);
     vec2 lens = vec2(0.0f, 0.0f);
     if (sample_number != 0u) {
-        vec2 u = path_square(sample_number, seed, 0u, PATH_USE_CAMERA);
+        vec2 u = path_square(sample_number, pixel, 0u, PATH_USE_CAMERA);
         offset = vec2(camera_offset(u[0]), camera_offset(u[1]));
     }
     if (camera.lens_radius > 0.0f) {
-        lens = sample_disc(path_square(sample_number, seed, 0u, PATH_USE_LENS));
+        lens = sample_disc(path_square(sample_number, pixel, 0u, PATH_USE_LENS));
     }
     return camera_lens_ray(camera, rough_divide(to_float(x) + offset[0], to_float(width)),
                            rough_divide(to_float(y) + offset[1], to_float(height)), lens);

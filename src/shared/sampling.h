@@ -2,7 +2,7 @@
 // Points to sample with, and maps from the unit square to what is sampled.
 //
 // Points are Sobol's first two dimensions with Owen's scrambling by hashes, padded: each use (a lens, a light, a lobe
-// at a bounce) has points of its own, decorrelated by its seed. Laine and Karras, Stratified Sampling for Stochastic
+// at a bounce) has points of its own, decorrelated by its number. Laine and Karras, Stratified Sampling for Stochastic
 // Transparency, EGSR 2011; Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020. The hash's constants are
 // those that Vegdahl found to scramble better. Every power of two of points is a (0, m, 2)-net.
 #ifndef CLAST_SHARED_SAMPLING_H
@@ -53,8 +53,60 @@ FN vec2 sample_square(uint index, uint seed)
     return vec2(unit_float(x), unit_float(y));
 }
 
-// The seed of a use in a pixel's paths.
-FN uint sample_seed(uint pixel_seed, uint use) { return hash2(use, pixel_seed); }
+// ------------------------------------------------------------------------------------------------------ pixels' samples
+
+// What a pixel's points follow from.
+RECORD(clast_pixel_samples)
+{
+    uint place; // of the pixel, along a curve that goes through squares of 2, 4, 8, ... pixels one after the other
+    uint seed;  // of the picture
+    uint power; // of two: how many samples of a pixel there are to be; at most 20
+};
+RECORD_SIZE(clast_pixel_samples, 12)
+
+// The 16 low bits, each followed by a zero.
+FN uint spread_bits(uint x)
+{
+    uint y = x & 0xffffu;
+    y = (y | (y << 8u)) & 0x00ff00ffu;
+    y = (y | (y << 4u)) & 0x0f0f0f0fu;
+    y = (y | (y << 2u)) & 0x33333333u;
+    return (y | (y << 1u)) & 0x55555555u;
+}
+
+FN clast_pixel_samples pixel_samples(uint x, uint y, uint seed, uint power)
+{
+    clast_pixel_samples made;
+    made.place = spread_bits(x) | (spread_bits(y) << 1u);
+    made.seed = seed;
+    made.power = power;
+    return made;
+}
+
+// Each bit is flipped by a hash of the bits above it.
+FN uint shuffle_bits(uint x, uint seed) { return reverse_bits(scramble_reversed(reverse_bits(x), seed)); }
+
+// Point `number` of a pixel for a use. All pixels share one sequence, of which each takes 2^power points that follow each other:
+// a net of its own, and pixels of a square together have a net too, so that their errors cancel: what is left of them
+// is fine grain. Which part of the sequence a square has, and a pixel's order within its own, are shuffled from square to square, as
+// places along curves would show. Ahmed and Wonka, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
+// Hierarchical Ordering of Pixels, TOG 39(6), 2020. Numbers beyond take another sequence.
+FN vec2 square_of_pixel(uint number, clast_pixel_samples pixel, uint use)
+{
+    uint mask = (1u << pixel.power) - 1u;
+    uint key = hash3(number >> pixel.power, use, pixel.seed);
+    uint high = shuffle_bits(pixel.place, hash1(key));
+    uint low = shuffle_bits(number & mask, hash2(high, key)) & mask;
+    // The index has 32 + power bits. The first dimension takes the lower 32 of it; of the second one's matrix, columns 32 to
+    // 63 are columns 0 to 31 as far as 32 rows go: the binomials agree modulo 2 (Lucas).
+    uint index = (high << pixel.power) | low;
+    uint rest = pixel.power == 0u ? 0u : high >> ((32u - pixel.power) & 31u);
+    uint x = reverse_bits(scramble_reversed(index, hash1(key ^ 0x9e3779b9u)));
+    uint y = reverse_bits(scramble_reversed(sobol_second_reversed(index ^ rest), hash1(key ^ 0x7f4a7c15u)));
+    return vec2(unit_float(x), unit_float(y));
+}
+
+// -------------------------------------------------------------------------------------------------------------- maps
 
 // (cos, sin) of a quarter turn times q, for |q| <= 0.5: series, so that no machine's own functions are asked.
 FN vec2 cosine_and_sine(float q)

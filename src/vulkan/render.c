@@ -248,6 +248,7 @@ static clast_device_render head_of(const clast_vulkan_render *render, const clas
         .area_height = target->area.height,
         .squares_across = target->squares.across,
         .seed = settings->seed,
+        .power = target->power,
         .bounces = settings->bounces,
         .integrator = (uint32_t)settings->integrator,
         .fireflies = (uint32_t)settings->fireflies,

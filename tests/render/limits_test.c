@@ -99,15 +99,14 @@ static void a_crop_outside_of_the_picture_is_refused(void **state)
 
 static void a_picture_has_a_sample_however_short_the_time(void **state)
 {
-    picture p = lamp_scene(*state, 16, 1);
+    picture p = lamp_scene(*state, 16, 16);
     picture_render(&p);
-    float one[16 * 16 * 3];
-    memcpy(one, p.pixels[colour], sizeof one);
+    double mean = picture_mean(&p);
     p.settings.spp = 64;
     p.settings.time_limit = 1e-9;
     assert_ok(p.context, picture_try(&p, &colour, 1));
     assert_int_equal(p.statistics.samples, 1);
-    assert_memory_equal(p.pixels[colour], one, sizeof one);
+    assert_near(picture_mean(&p), mean, 0.2 * mean);
     p.settings.spp = 3;
     p.settings.time_limit = 1e9;
     assert_ok(p.context, picture_try(&p, &colour, 1));

@@ -72,7 +72,7 @@ static uint32_t add_paint(room *r, float red, float green, float blue)
 // Goral et al., Modeling the Interaction of Light Between Diffuse Surfaces, 1984: white walls, one red, one green, a lamp above.
 static room cornell_box(clast_context *context)
 {
-    room r = {.picture = picture_open(context, SIZE, 16 * effort), .random = 7};
+    room r = {.picture = picture_open(context, SIZE, 16 * effort), .random = 12345};
     r.picture.settings.bounces = BOUNCES;
     uint32_t white = add_paint(&r, 0.73f, 0.73f, 0.7f);
     add_square(&r, Y * -1.0f, X, Z * -1.0f, white);
