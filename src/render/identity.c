@@ -113,7 +113,7 @@ uint64_t clast_camera_identity(const clast_frame *frame)
 // Those that do not decide what samples are, and those that are compared by what comes of them.
 static bool is_compared(const char *name, bool by_noise)
 {
-    static const char *const others[] = {"width", "height",     "crop",    "camera",     "device",
+    static const char *const others[] = {"width", "height",     "crop",    "camera",      "device",
                                          "spp",   "time_limit", "tonemap", "device_name", "shaders"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         if (strcmp(name, others[i]) == 0) {
