@@ -231,11 +231,13 @@ static void luminance_and_alpha_are_two_channels(void **state)
 static void masks_with_holes_or_outside_are_refused(void **state)
 {
     fixture *f = *state;
-    static const uint32_t masks[][2] = {{16, 0x0f0f},  {16, 0xff0000}, {8, 0x1ff}, {12, 0xf},
-                                        {32, 0x1ffff}, {0, 0xff},      {64, 0xff}};
+    enum { COLOURS = 0x40, DIFFERENCES = 0x80000 };
+    static const uint32_t masks[][3] = {{16, 0x0f0f, COLOURS},  {16, 0xff0000, COLOURS}, {8, 0x1ff, COLOURS},
+                                        {12, 0xf, COLOURS},     {32, 0x1ffff, COLOURS},  {0, 0xff, COLOURS},
+                                        {64, 0xff, COLOURS},    {32, 1, DIFFERENCES}};
     for (size_t i = 0; i < sizeof masks / sizeof *masks; i++) {
         dds_file file = begin_file(1, 1, NULL);
-        put_masks(&file, 0x40, masks[i][0], masks[i][1], 0, 0, 0);
+        put_masks(&file, masks[i][2], masks[i][0], masks[i][1], 0, 0, 0);
         file.size = 160;
         clast_image image;
         assert_int_equal(decode(f, &file, &image), CLAST_ERROR_UNSUPPORTED);
