@@ -41,8 +41,9 @@ void vulkan_wake(clast_context *context, clast_gpu *gpu)
     for (double begin = bench_seconds(); bench_seconds() - begin < enough;) {
         clast_gpu_commands *commands;
         bench_check(clast_gpu_begin(gpu, &commands), context);
-        clast_gpu_run(commands, &(clast_gpu_call){
-                                    .shader = CLAST_SHADER_BENCH_SPIN, .push = &push, .push_bytes = 12, .groups = GROUPS});
+        clast_gpu_run(
+            commands,
+            &(clast_gpu_call){.shader = CLAST_SHADER_BENCH_SPIN, .push = &push, .push_bytes = 12, .groups = GROUPS});
         bench_check(clast_gpu_finish(commands), context);
     }
 }

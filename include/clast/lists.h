@@ -253,9 +253,10 @@
     TEXT( \
         device_name, "", "NAME", \
         "part of the name of the Vulkan device that is wanted; drivers that are programs count only where named, as llvmpipe") \
-    TEXT(shaders, "", "FOLDER", \
-         "kernels of the Vulkan device to use in place of clast's own, as a build leaves them in its folder shaders; read anew " \
-         "for each picture, for whoever changes them") \
+    TEXT( \
+        shaders, "", "FOLDER", \
+        "kernels of the Vulkan device to use in place of clast's own, as a build leaves them in its folder shaders; read anew " \
+        "for each picture, for whoever changes them") \
     CHOICE(accel, CLAST_ACCEL_LIST, CLAST_ACCEL_CLAST, \
            "what rays go through on a Vulkan device: clast's own structures, or those of its driver") \
     CHOICE(tonemap, CLAST_TONE_MAP_LIST, CLAST_TONE_MAP_ACES, "tone map of 8 and 16-bit pictures") \

@@ -86,7 +86,8 @@ static bool read_mask(uint32_t mask, uint32_t bits, clast_texel_format *format, 
     format->channels[channel].offset = (uint8_t)offset;
     format->channels[channel].bits = (uint8_t)length;
     bool has_values = length > 1 || format->kind != CLAST_TEXEL_SNORM; // a sign alone is none
-    return has_values && length <= 16 && offset + length <= bits && (uint64_t)mask >> offset == ((uint64_t)1 << length) - 1;
+    return has_values && length <= 16 && offset + length <= bits &&
+           (uint64_t)mask >> offset == ((uint64_t)1 << length) - 1;
 }
 
 static bool format_of_masks(const dds_header *header, clast_texel_format *format)

@@ -49,7 +49,7 @@ static clast_status make_layout(clast_driver *driver)
 }
 
 static clast_status make_stage(clast_gpu *gpu, clast_shader shader, VkShaderStageFlagBits stage,
-                           VkPipelineShaderStageCreateInfo *made)
+                               VkPipelineShaderStageCreateInfo *made)
 {
     uint64_t hash;
     *made = (VkPipelineShaderStageCreateInfo){

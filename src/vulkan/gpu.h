@@ -16,22 +16,23 @@
 
 typedef struct clast_gpu clast_gpu;
 
-// For tests: tells how many bytes a buffer of the device's gets, which needs so many.
+// For tests: tells how many bytes a buffer of the device's gets, which needs so many. Null: as many, or more where it grows.
 typedef struct clast_gpu_size_hook {
-    uint64_t (*size)(void *user, const char *name, uint64_t bytes); // null: as many as are needed, or more where it grows
+    uint64_t (*size)(void *user, const char *name, uint64_t bytes);
     void *user;
 } clast_gpu_size_hook;
 
 typedef struct clast_gpu_desc {
-    const char *device;    // part of the name of the device that is wanted; null is any
-    bool software;         // drivers that are programs on the processor count too
-    bool hardware;         // other devices count
-    bool validate;         // use the validation layer, where there is one: what it says goes to the log as warnings
-    bool ray_tracing;      // use the driver's acceleration structures and ray tracing pipelines, where there are some
-    uint32_t subgroup;     // wanted width of subgroups; 0 is the device's own choice
+    const char *device; // part of the name of the device that is wanted; null is any
+    bool software;      // drivers that are programs on the processor count too
+    bool hardware;      // other devices count
+    bool validate;      // use the validation layer, where there is one: what it says goes to the log as warnings
+    bool ray_tracing;   // use the driver's acceleration structures and ray tracing pipelines, where there are some
+    uint32_t subgroup;  // wanted width of subgroups; 0 is the device's own choice
     clast_gpu_size_hook size_hook;
     uint64_t memory_limit; // bytes of the device's memory that may be held; 0 is no limit
-    const char *shader_folder; // whose files are used in place of kernels of their names (clast_shader_code); null is none
+    const char
+        *shader_folder; // whose files are used in place of kernels of their names (clast_shader_code); null is none
     const char *cache_folder; // where compiled pipelines are kept for the next run; null is nowhere
 } clast_gpu_desc;
 

@@ -232,9 +232,9 @@ static void masks_with_holes_or_outside_are_refused(void **state)
 {
     fixture *f = *state;
     enum { COLOURS = 0x40, DIFFERENCES = 0x80000 };
-    static const uint32_t masks[][3] = {{16, 0x0f0f, COLOURS},  {16, 0xff0000, COLOURS}, {8, 0x1ff, COLOURS},
-                                        {12, 0xf, COLOURS},     {32, 0x1ffff, COLOURS},  {0, 0xff, COLOURS},
-                                        {64, 0xff, COLOURS},    {32, 1, DIFFERENCES}};
+    static const uint32_t masks[][3] = {{16, 0x0f0f, COLOURS}, {16, 0xff0000, COLOURS}, {8, 0x1ff, COLOURS},
+                                        {12, 0xf, COLOURS},    {32, 0x1ffff, COLOURS},  {0, 0xff, COLOURS},
+                                        {64, 0xff, COLOURS},   {32, 1, DIFFERENCES}};
     for (size_t i = 0; i < sizeof masks / sizeof *masks; i++) {
         dds_file file = begin_file(1, 1, NULL);
         put_masks(&file, masks[i][2], masks[i][0], masks[i][1], 0, 0, 0);

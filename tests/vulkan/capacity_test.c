@@ -69,8 +69,7 @@ static void render(const picture *p, float *pixels)
               clast_frame_run(frame, &clast_vulkan_backend, CLAST_PASS_ANIMATE, CLAST_PASS_LIGHTS, NULL));
     clast_render_output outputs[] = {{CLAST_VIEW_COLOUR, pixels}, {CLAST_VIEW_INSTANCE, instances}};
     clast_render_statistics statistics;
-    assert_ok(device.context,
-              clast_render_frame(frame, &clast_vulkan_backend, &p->settings, outputs, 2, &statistics));
+    assert_ok(device.context, clast_render_frame(frame, &clast_vulkan_backend, &p->settings, outputs, 2, &statistics));
     clast_vulkan_frame_destroy(made);
     clast_frame_destroy(frame);
 }
