@@ -21,25 +21,26 @@ static void log_line(void *user, clast_log_level level, const char *text)
 
 static void show_progress(clast_session *session, const char *stage, uint64_t done, uint64_t total)
 {
-    double now = clast_clock();
+    double now = clast_clock(), part = total != 0 ? (double)done / (double)total : 0.0;
+    if (session->frame_count != 0) {
+        part = ((double)session->frame + part) / (double)session->frame_count;
+    }
     if (strncmp(session->stage, stage, sizeof session->stage - 1) != 0) {
         snprintf(session->stage, sizeof session->stage, "%s", stage);
         session->stage_begun = now;
+        session->stage_part = part;
     } else if (now - session->shown < 0.1) { // a terminal need not be faster than the eye
         return;
     }
     session->shown = now;
-    double part = total != 0 ? (double)done / (double)total : 0.0;
-    if (session->frame_count != 0) {
-        part = ((double)session->frame + part) / (double)session->frame_count;
-    }
+    double made = part - session->stage_part; // a render that goes on with a checkpoint has come some way before
     double passed = now - session->stage_begun;
     fprintf(stderr, "\r\033[K%s %3.0f %%", session->stage, 100.0 * part);
     if (session->frame_count != 0) {
         fprintf(stderr, ", frame %u of %u", session->frame + 1, session->frame_count);
     }
-    if (part > 0.0 && passed > 1.0) {
-        uint64_t left = (uint64_t)(passed / part - passed + 0.5);
+    if (made > 1e-6 && passed > 1.0) {
+        uint64_t left = (uint64_t)(passed * (1.0 - part) / made + 0.5);
         fprintf(stderr, ", %" PRIu64 ":%02u left", left / 60, (unsigned)(left % 60));
     }
     fflush(stderr);

@@ -15,8 +15,8 @@ typedef struct clast_session {
     bool shows_progress;
     bool line_is_shown; // a progress line stands on the terminal
     char stage[32];
-    double stage_begun;
-    double shown; // when the line was last written
+    double stage_begun, stage_part; // when the stage began, and what was done of it then: 0 to 1
+    double shown;                   // when the line was last written
     uint32_t frame,
         frame_count; // of an animation, for the progress: the first is 0; no frames where there is one picture
 } clast_session;
