@@ -22,6 +22,8 @@ LIMIT(PATH_USES, 7u, "how many there are")
 TABLE float PATH_DIFFUSE_WIDTH = 0.25f;  // least alpha of the lobes after a diffuse surface
 TABLE float PATH_GLOSSY_WIDTH = 0.5f;    // and after a glossy one, in parts of its own
 TABLE float PATH_INDIRECT_MOST = 10.0f;  // of a sample's light that is clamped: far whiter than white
+TABLE float PATH_SURE_SHARE = 4.0f;      // paths go on surely until they carry one over this: ending them earlier costs more noise
+                                         // than it saves time
 TABLE float PATH_LEAST_SURVIVAL = 0.02f; // of paths that carry next to nothing
 
 // The point for a use at a bounce of the path of a pixel's sample.
@@ -200,8 +202,8 @@ FN clast_path_step path_step(clast_path_surface at, clast_bsdf bsdf, clast_bsdf_
 // others' share.
 FN float path_survival(vec3 throughput, uint bounce)
 {
-    float chance = largest3(throughput);
-    bool surely = bounce == 0u || chance >= 1.0f;
+    float chance = PATH_SURE_SHARE * largest3(throughput);
+    bool surely = bounce < 2u || chance >= 1.0f;
     return surely ? 1.0f : max1(chance, PATH_LEAST_SURVIVAL);
 }
 
