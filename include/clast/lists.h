@@ -234,6 +234,10 @@
     TEXT(tess_camera, "", "CAMERA", \
          "camera that decides how finely geometry is tessellated, as --camera has it; without it, the picture's") \
     REAL(time, 0.0, -1e9, 1e9, "SECONDS", "moment of the animation") \
+    REAL(shutter, 0.0, 0.0, 1e9, "SECONDS", \
+         "how long the shutter is open, from that moment on: what moves is blurred; 0 is no time at all") \
+    UINT(shutter_steps, 16, 1, 65536, "N", \
+         "moments while the shutter is open: each gets a part of the samples, and a frame of its own") \
     TEXT(animation, "", "ANIMATION", \
          "name or number of an animation of the scene, all at once, or none; without it, the first of each file") \
     REAL(exposure, 0.0, -64.0, 64.0, "STOPS", "exposure of the picture, in powers of two") \

@@ -91,6 +91,11 @@ clast_status clast_render_settings_resolve(clast_context *context, clast_render_
         settings->spp = CLAST_SPP_WITHOUT_COUNT;
     }
     CLAST_RENDER_SETTING_LIST(RESOLVE_NUMBER, RESOLVE_NUMBER, RESOLVE_CHOICE, RESOLVE_TEXT)
+    if (status == CLAST_OK && settings->shutter > 0.0 && (settings->time_limit > 0.0 || settings->noise_target > 0.0)) {
+        status = clast_fail(
+            context, CLAST_ERROR_INVALID_ARGUMENT,
+            "shutter: samples are divided among its moments: give their number, not time_limit or noise_target");
+    }
     clast_render_area area;
     return status == CLAST_OK ? clast_find_area(context, settings, &area) : status;
 }

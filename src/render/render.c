@@ -7,6 +7,7 @@
 #include "render/levels.h"
 #include "render/path.h"
 #include "render/scatter.h"
+#include "render/shutter.h"
 
 typedef struct view_layout {
     uint32_t channels;
@@ -139,7 +140,11 @@ static clast_status settle(clast_frame *frame, const clast_backend *backend, cla
 static clast_status add_sample(clast_frame *frame, const clast_backend *backend, clast_render_target *target)
 {
     double start = clast_clock();
-    clast_status status = clast_frame_run(frame, backend, CLAST_PASS_TRACE, CLAST_PASS_SHADE, target);
+    clast_status status = clast_shutter_move(frame, backend, target);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    status = clast_frame_run(frame, backend, CLAST_PASS_TRACE, CLAST_PASS_SHADE, target);
     if (status != CLAST_OK) {
         return status;
     }
@@ -276,7 +281,8 @@ static clast_status render(clast_frame *frame, const clast_backend *backend, cla
         status = saved != CLAST_OK ? saved : status;
     }
     finish(frame, target, statistics);
-    return status;
+    clast_status closed = clast_shutter_close(frame, backend, target);
+    return status == CLAST_OK ? closed : status;
 }
 
 clast_status clast_render_run(clast_frame *frame, const clast_backend *backend, const clast_render_request *request,

@@ -22,6 +22,8 @@ typedef struct clast_render_target {
     uint32_t first_sample;        // of this run: more than zero where it goes on with a checkpoint
     uint64_t first_work;          // likewise of squares.work
     bool is_resumed;              // sums are those of a checkpoint
+    uint32_t moment;              // of the shutter's that the frame is at (shutter.h)
+    bool is_moved;                // to that moment; before, the frame is as it was committed
     bool is_begun;                // on a device, where sums are its until they are fetched
     double begun;                 // clast_clock() before the first
     double sample_seconds;        // that the last one took

@@ -43,6 +43,7 @@ struct clast_vulkan_render {
     clast_gpu_buffer squares; // those that go on
     clast_gpu_buffer halves, noise;
     uint32_t capacity;                     // paths under way
+    uint32_t moment;                       // of the shutter's that lights and head are of
     uint32_t squares_version;              // that the device has
     clast_gpu_time times[CLAST_GPU_TIMES]; // of this render
     uint32_t time_count;
@@ -352,10 +353,36 @@ static clast_status begin_render(clast_frame *frame, const clast_render_target *
     return status;
 }
 
+// What another moment of the shutter changes: lights, and where the frame is.
+static clast_status write_moment(clast_vulkan_render *render, const clast_frame *frame,
+                                 const clast_render_target *target)
+{
+    clast_gpu_commands *commands;
+    clast_status status = clast_gpu_begin(render->gpu, &commands);
+    if (status != CLAST_OK) {
+        return status;
+    }
+    clast_gpu_pass(commands, "lights");
+    clast_gpu_barrier(commands);
+    clast_gpu_note(commands,
+                   clast_gpu_lights_update(&render->lights, commands, target->lights, render->materials.surroundings));
+    clast_device_render head = head_of(render, frame, target);
+    clast_gpu_write(commands, &render->head, 0, &head, sizeof head);
+    return clast_gpu_finish(commands);
+}
+
 clast_status clast_vulkan_trace(clast_frame *frame, void *data)
 {
     clast_render_target *target = data;
-    clast_status status = target->is_begun ? CLAST_OK : begin_render(frame, target);
+    clast_status status = CLAST_OK;
+    if (!target->is_begun) {
+        status = begin_render(frame, target);
+    } else if (clast_vulkan_of(frame)->render->moment != target->moment) {
+        status = write_moment(clast_vulkan_of(frame)->render, frame, target);
+    }
+    if (status == CLAST_OK) {
+        clast_vulkan_of(frame)->render->moment = target->moment;
+    }
     if (status == CLAST_OK) {
         status = write_squares(clast_vulkan_of(frame)->render, target);
     }

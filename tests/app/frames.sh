@@ -66,6 +66,8 @@ cmp -s bright.png dark.png && wrong "the keys of exposure change nothing"
 fails 2 'expected two whole numbers' render --frames 3:1 scene.json a.png
 fails 2 'expected two whole numbers' render --frames 1: scene.json a.png
 fails 2 'expected two whole numbers' render --frames x scene.json a.png
+fails 1 'shutter: samples are divided among its moments' render --shutter 1 --time-limit 1 scene.json a.png
+fails 1 'shutter: samples are divided among its moments' render --shutter 1 --noise-target 0.1 scene.json a.png
 fails 2 'expected one of them' render --frames 1:2 --time 3 scene.json a.png
 fails 2 'needs --frames' render --fps 30 scene.json a.png
 absent a.png a.0001.png

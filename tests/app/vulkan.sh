@@ -49,5 +49,7 @@ if [ -n "${CLAST_ASSETS:-}" ]; then
     for model in $models; do
         [ ! -f "$CLAST_ASSETS/$model" ] || agrees --time 0.4 "$CLAST_ASSETS/$model"
     done
+    fox=$CLAST_ASSETS/gltf-animated/Fox/Fox.gltf
+    [ ! -f "$fox" ] || agrees --time 0.4 --shutter 0.3 --shutter-steps 2 "$fox"
 fi
 finish
