@@ -8,7 +8,9 @@ rm -rf ./*
 LD_LIBRARY_PATH=$(sed -n 's/^LD_LIBRARY_PATH=//p' "$(dirname "$OLD_DRIVER")/environment")
 VK_DRIVER_FILES=$OLD_DRIVER
 VK_ICD_FILENAMES=$OLD_DRIVER
-export LD_LIBRARY_PATH VK_DRIVER_FILES VK_ICD_FILENAMES
+# What such a driver keeps when it is closed is no leak of clast's.
+ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}detect_leaks=0
+export LD_LIBRARY_PATH VK_DRIVER_FILES VK_ICD_FILENAMES ASAN_OPTIONS
 usual="--width 8 --height 8 --spp 1 $DATA/box.obj"
 
 fails 1 "runtime descriptor arrays" render --quiet --device vulkan --device-name llvmpipe $usual no.png
