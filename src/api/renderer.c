@@ -279,6 +279,8 @@ static clast_status render(clast_renderer *renderer, const clast_render_settings
         status = clast_render_run(frame, backend, &request, statistics);
         statistics->first_sample_milliseconds += 1000.0 * before;
         clast_environment_end(renderer, &kept);
+        // A render that failed may have left the frame between two moments of the shutter.
+        renderer->is_committed = renderer->is_committed && (status == CLAST_OK || resolved.shutter <= 0.0);
     }
     clast_collect_statistics(renderer, frame, statistics);
     clast_collect_device(renderer, statistics);

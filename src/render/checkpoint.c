@@ -67,8 +67,7 @@ static size_t list_parts(const clast_render_target *target, checkpoint_part part
     return count;
 }
 
-static checkpoint_header header_of(const clast_frame *frame, const clast_checkpoint_keeper *keeper,
-                                   const clast_render_target *target)
+static checkpoint_header header_of(const clast_checkpoint_keeper *keeper, const clast_render_target *target)
 {
     checkpoint_header header = {
         .format = FORMAT,
@@ -83,7 +82,7 @@ static checkpoint_header header_of(const clast_frame *frame, const clast_checkpo
         .power = target->power,
         .work = target->squares.work,
         .expected = target->squares.expected,
-        .camera = clast_camera_identity(frame),
+        .camera = keeper->camera,
         .scene = keeper->scene,
         .device = XXH3_64bits(keeper->device, strlen(keeper->device)),
     };
@@ -129,7 +128,7 @@ clast_status clast_checkpoint_save(const clast_frame *frame, clast_checkpoint_ke
                                    const clast_render_target *target)
 {
     clast_context *context = frame->context;
-    checkpoint_header header = header_of(frame, keeper, target);
+    checkpoint_header header = header_of(keeper, target);
     checkpoint_writer writer = {.state = clast_allocate(context, 1, sizeof *writer.state)};
     uint8_t *goes_on = clast_allocate_zeroed(context, target->squares.count, 1);
     clast_status status = writer.state != NULL && goes_on != NULL ? CLAST_OK : CLAST_ERROR_OUT_OF_MEMORY;
@@ -312,7 +311,7 @@ static clast_status resume(const clast_frame *frame, const clast_checkpoint_keep
     }
     status = check_file(context, path, &file);
     if (status == CLAST_OK) {
-        checkpoint_header found, wanted = header_of(frame, keeper, target);
+        checkpoint_header found, wanted = header_of(keeper, target);
         memcpy(&found, file.data, sizeof found);
         status = compare(context, path, &found, &wanted, keeper->device);
     }
@@ -334,6 +333,7 @@ clast_status clast_checkpoint_begin(const clast_frame *frame, clast_checkpoint_k
     }
     keeper->files.interval = keeper->files.interval > 0.0 ? keeper->files.interval : INTERVAL;
     keeper->saved = clast_clock();
+    keeper->camera = clast_camera_identity(frame);
     clast_status status = clast_scene_identity(frame, &keeper->scene);
     return status == CLAST_OK && keeper->files.resume != NULL ? resume(frame, keeper, target) : status;
 }

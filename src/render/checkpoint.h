@@ -20,10 +20,10 @@ void clast_settings_identity(const clast_render_settings *settings, uint64_t num
 // Where a render's checkpoint is, and what the file must be of.
 typedef struct clast_checkpoint_keeper {
     clast_checkpoint files;
-    const char *device; // that makes the picture
-    uint64_t scene;
-    double saved; // clast_clock() when the last was written
-    bool failed;  // the last could not be
+    const char *device;     // that makes the picture
+    uint64_t scene, camera; // as they were before the shutter moved them
+    double saved;           // clast_clock() when the last was written
+    bool failed;            // the last could not be
 } clast_checkpoint_keeper;
 
 // Finds out what decides the picture; where there is a file to go on from, fills the target's sums, squares and sample. Every

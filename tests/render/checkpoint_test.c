@@ -6,6 +6,8 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include "clast/animation.h"
+
 enum { SIZE = 37, PIXELS = SIZE * SIZE };
 
 static const clast_view views[] = {CLAST_VIEW_COLOUR, CLAST_VIEW_NORMAL, CLAST_VIEW_DEPTH, CLAST_VIEW_INSTANCE,
@@ -45,7 +47,31 @@ static picture lamp_scene(clast_context *context)
     picture_add_square(&p, vec3(0.5f, 2, 0), vec3(0, 0, -0.4f), vec3(0.4f, 0, 0),
                        picture_material(&p, 0.0f, 0.0f, 1.0f, 8.0f));
     picture_look(&p, vec3(0, 2, 7), vec3(0, 1, 0), 0.8f);
+    // The camera goes aside while a shutter is open.
+    const float times[] = {0, 1}, places[] = {0, 1, 7, 1, 1, 7};
+    const clast_node_desc stand = {.parent = CLAST_NONE, .translation = {0, 1, 7}};
+    uint32_t node, animation;
+    assert_ok(context, clast_scene_add_node(p.scene, &stand, NULL, &node));
+    assert_ok(context, clast_scene_attach_camera(p.scene, 0, node));
+    clast_channel channel = {node, CLAST_ANIMATED_TRANSLATION, CLAST_INTERPOLATION_LINEAR, 2, times, places};
+    assert_ok(context, clast_scene_add_animation(p.scene, &channel, 1, NULL, &animation));
     return p;
+}
+
+// The same with a context of its own, built, for so many samples. close_built() frees both.
+static picture open_built(uint32_t threads, uint32_t samples)
+{
+    picture p = lamp_scene(open_context(threads));
+    p.settings.spp = samples;
+    picture_build(&p);
+    return p;
+}
+
+static void close_built(picture *p)
+{
+    clast_context *context = p->context;
+    picture_close(p);
+    clast_context_destroy(context);
 }
 
 // Renders up to a report of progress, with a file to go on from, or none.
@@ -71,22 +97,19 @@ static void check_same(const picture *a, const picture *b)
 }
 
 // Interrupted again and again, each time in a process of its own, as far as a test can tell, with other threads.
-static void check_interrupted(double noise_target)
+static void check_interrupted(double noise_target, double shutter)
 {
-    clast_context *context = open_context(2);
-    picture whole = lamp_scene(context);
+    picture whole = open_built(2, noise_target > 0.0 ? 160 : 12);
     whole.settings.noise_target = noise_target;
-    whole.settings.spp = noise_target > 0.0 ? 160 : 12;
-    picture_build(&whole);
-    assert_ok(context, run(&whole, NULL, UINT64_MAX));
+    whole.settings.shutter = shutter;
+    whole.settings.shutter_steps = 4;
+    assert_ok(whole.context, run(&whole, NULL, UINT64_MAX));
     clast_status status = CLAST_ERROR_CANCELLED;
     uint32_t rounds = 0;
     const char *resume = NULL;
     for (; status == CLAST_ERROR_CANCELLED; rounds++) {
-        clast_context *other = open_context(1 + rounds % 3);
-        picture p = lamp_scene(other);
+        picture p = open_built(1 + rounds % 3, whole.settings.spp);
         p.settings = whole.settings;
-        picture_build(&p);
         status = run(&p, resume, noise_target > 0.0 ? 61 : 3 + rounds);
         resume = file;
         if (status == CLAST_OK) {
@@ -94,25 +117,30 @@ static void check_interrupted(double noise_target)
             assert_int_equal(p.statistics.samples, whole.statistics.samples);
             assert_near(p.statistics.mean_samples, whole.statistics.mean_samples, 0.0);
         }
-        picture_close(&p);
-        clast_context_destroy(other);
+        close_built(&p);
     }
     assert_int_equal(status, CLAST_OK);
     assert_true(rounds > 2);
-    picture_close(&whole);
-    clast_context_destroy(context);
+    close_built(&whole);
 }
 
 static void interrupted_renders_have_the_same_bits(void **state)
 {
     (void)state;
-    check_interrupted(0.0);
+    check_interrupted(0.0, 0.0);
 }
 
 static void interrupted_renders_with_a_noise_target_have_the_same_bits(void **state)
 {
     (void)state;
-    check_interrupted(0.004);
+    check_interrupted(0.004, 0.0);
+}
+
+// What moves is not at the same place in the middle of a render as at its beginning.
+static void interrupted_renders_with_an_open_shutter_have_the_same_bits(void **state)
+{
+    (void)state;
+    check_interrupted(0.0, 1.0);
 }
 
 // Up to the next power of two, which points are laid out for, as if they had been asked for at once; beyond, with other ones.
@@ -159,9 +187,8 @@ static void refuses(picture *p, const char *text)
 static void checkpoints_of_other_pictures_are_refused(void **state)
 {
     (void)state;
-    clast_context *context = open_context(2);
-    picture p = lamp_scene(context);
-    picture_build(&p);
+    picture p = open_built(2, 12);
+    clast_context *context = p.context;
     assert_ok(context, run(&p, NULL, UINT64_MAX));
     clast_render_settings kept = p.settings;
     p.settings.height = SIZE - 1;
@@ -199,8 +226,7 @@ static void checkpoints_of_other_pictures_are_refused(void **state)
     assert_int_equal(clast_render_run(p.frame, &clast_cpu_backend, &request, &p.statistics),
                      CLAST_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(clast_context_error(context), "for other views"));
-    picture_close(&p);
-    clast_context_destroy(context);
+    close_built(&p);
 }
 
 // ------------------------------------------------------------------------------------------------------- hostile files
@@ -237,10 +263,8 @@ static void write_with_checksum(uint8_t *bytes, size_t size)
 static void damaged_files_are_refused(void **state)
 {
     (void)state;
-    clast_context *context = open_context(2);
-    picture p = lamp_scene(context);
-    p.settings.spp = 3;
-    picture_build(&p);
+    picture p = open_built(2, 3);
+    clast_context *context = p.context;
     assert_ok(context, run(&p, NULL, UINT64_MAX));
     uint8_t *bytes;
     size_t size = read_file(&bytes);
@@ -258,18 +282,15 @@ static void damaged_files_are_refused(void **state)
     unlink(file);
     assert_int_equal(run(&p, file, UINT64_MAX), CLAST_ERROR_FILE_NOT_FOUND);
     free(bytes);
-    picture_close(&p);
-    clast_context_destroy(context);
+    close_built(&p);
 }
 
 // Whoever makes the checksum right can write any sums, but neither other sizes nor counts that a render cannot have.
 static void forged_counts_are_refused(void **state)
 {
     (void)state;
-    clast_context *context = open_context(1);
-    picture p = lamp_scene(context);
-    p.settings.spp = 3;
-    picture_build(&p);
+    picture p = open_built(1, 3);
+    clast_context *context = p.context;
     assert_ok(context, run(&p, NULL, UINT64_MAX));
     uint8_t *bytes;
     size_t size = read_file(&bytes);
@@ -290,17 +311,14 @@ static void forged_counts_are_refused(void **state)
     write_with_checksum(bytes, size);
     assert_int_equal(run(&p, file, UINT64_MAX), CLAST_ERROR_MALFORMED);
     free(bytes);
-    picture_close(&p);
-    clast_context_destroy(context);
+    close_built(&p);
 }
 
 static void a_file_that_cannot_be_written_does_not_lose_the_picture(void **state)
 {
     (void)state;
-    clast_context *context = open_context(2);
-    picture p = lamp_scene(context);
-    p.settings.spp = 2;
-    picture_build(&p);
+    picture p = open_built(2, 2);
+    clast_context *context = p.context;
     assert_ok(context, run(&p, NULL, UINT64_MAX));
     float kept[PIXELS * 3];
     memcpy(kept, p.pixels[CLAST_VIEW_COLOUR], sizeof kept);
@@ -309,8 +327,7 @@ static void a_file_that_cannot_be_written_does_not_lose_the_picture(void **state
     assert_int_equal(clast_render_run(p.frame, &clast_cpu_backend, &request, &p.statistics), CLAST_ERROR_FILE_WRITE);
     assert_int_equal(p.statistics.samples, 2);
     assert_memory_equal(kept, p.pixels[CLAST_VIEW_COLOUR], sizeof kept);
-    picture_close(&p);
-    clast_context_destroy(context);
+    close_built(&p);
 }
 
 int main(void)
@@ -318,6 +335,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(interrupted_renders_have_the_same_bits),
         cmocka_unit_test(interrupted_renders_with_a_noise_target_have_the_same_bits),
+        cmocka_unit_test(interrupted_renders_with_an_open_shutter_have_the_same_bits),
         cmocka_unit_test(a_finished_render_goes_on_with_more_samples),
         cmocka_unit_test(checkpoints_of_other_pictures_are_refused),
         cmocka_unit_test(damaged_files_are_refused),
