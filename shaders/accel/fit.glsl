@@ -258,7 +258,7 @@ void fit_cluster(fit_target target)
 {
     uint leaves = cluster_leaves(target.counts), nodes = cluster_nodes(target.counts);
     fit_clear();
-    bool all_sound = subgroupAll(cluster_size_bits <= SOUND_MOST); // then so are all triangles, and nobody looks at each
+    bool all_sound = subgroupAll(are_sound_bits(cluster_size_bits)); // then so are all triangles, and nobody looks at each
     bool unsound = false;
     fit_extent extents[FIT_ROUNDS];
     fit_extent own = fit_extent(vec3(FIT_BEYOND), vec3(-FIT_BEYOND));

@@ -35,7 +35,7 @@ vec3 cluster_point(uint number)
     return vec3(cluster_floats[at], cluster_floats[at + 1u], cluster_floats[at + 2u]);
 }
 
-// The size of the largest coordinate that this invocation set: points are sound up to SOUND_MOST.
+// The size of the largest coordinate that this invocation set: are_sound_bits() tells of all points then.
 uint cluster_size_bits = 0u;
 
 void set_cluster_point(uint number, vec3 point)

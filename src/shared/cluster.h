@@ -56,11 +56,11 @@ FN uint side_down(float lower, float base, uint exponent) { return to_uint(box_q
 FN uint side_up(float upper, float base, uint exponent) { return to_uint(box_quantise_up(upper, base, exponent)); }
 
 // Whether a coordinate is a number that boxes can hold; by its bits, as devices need not know what is not a number.
-LIMIT(SOUND_MOST, 0x7b800000u, "BOX_COORDINATE_MOST, as bits")
 FN uint size_bits(float x) { return floatBitsToUint(x) & 0x7fffffffu; }
 FN uint size_bits3(vec3 v) { return max_uint(max_uint(size_bits(v[0]), size_bits(v[1])), size_bits(v[2])); }
-FN bool is_sound1(float x) { return size_bits(x) <= SOUND_MOST; }
-FN bool is_sound3(vec3 v) { return size_bits3(v) <= SOUND_MOST; }
+FN bool are_sound_bits(uint size) { return size <= floatBitsToUint(BOX_COORDINATE_MOST); }
+FN bool is_sound1(float x) { return are_sound_bits(size_bits(x)); }
+FN bool is_sound3(vec3 v) { return are_sound_bits(size_bits3(v)); }
 
 // ---------------------------------------------------------------------------------------------------------- clusters
 

@@ -487,6 +487,7 @@ static clast_status begin_life(clast_context *context, const clast_gpu_desc *des
     }
     made->context = context;
     made->desc = *desc;
+    made->desc.shader_folder = NULL; // the copy is the device's own
     if (desc->shader_folder != NULL) {
         made->shader_folder = clast_copy_text(context, desc->shader_folder);
         if (made->shader_folder == NULL) {
